@@ -70,8 +70,9 @@ NEIGHBOURS = 16  # Rows on either side of a wrong one that are judged alone.
 # Checks of which one group shows that rows obey the laws: of the scene, or of every force.
 DECIDING = (("equations",), ("kinematics", "contact_momentum"))
 OF_FILE = ("start", "agreement", "golden", "finite")  # Checks that are not made row by row.
-NEARLY = 2.0  # Factor by which the trapezoidal rule may misjudge how fast the rows turn.
-ENOUGH = 0.01  # Part of what engines leave that is nothing.
+# Factor by which the trapezoidal rule may misjudge how fast the rows turn; 4 names the same units.
+NEARLY = 2.0
+ENOUGH = 0.01  # Part of what engines leave that is nothing; half and double name the same numbers.
 # What engines leave of checks, as of residuals; of the energy, what a soft table stores.
 ENGINES_LEAVE = {
     "jellett": ENGINES["jellett"], "kinematics": ENGINES["axis"],

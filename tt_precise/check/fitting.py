@@ -36,8 +36,8 @@ from tt_precise.check.result import Cause
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
 
-# At half and at double of each of the first seven the same causes are named of eleven files: other
-# m, I1, g and alpha, clocks off by 1e-4 to 5e-2, an engine's centre of mass, two faults.
+# At half and at double of each the same causes are named of eleven files: other m, I1, g and alpha,
+# clocks off by 1e-4 to 5e-2, an engine's centre of mass, two faults (``AHEAD`` has to be above 1).
 ROWS = 160  # Rows from which a number is fitted.
 RELATIVE_CHANGE = 1e-5  # Change of a number for its derivative.
 ITERATIONS = 8  # Steps of Gauss and Newton.
