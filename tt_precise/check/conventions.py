@@ -66,8 +66,8 @@ AXIS: dict[str, Quaternion] = {
     "-z": (0.0, 1.0, 0.0, 0.0), "-y": (HALF, HALF, 0.0, 0.0), "-x": (HALF, 0.0, -HALF, 0.0),
 }  # fmt: skip
 
-# At half and at double of each constant below (but ``LIMITS``) the same is named of the files of seven
-# engines, of two with a wrong column, of five random conventions and of two wrong bodies.
+# At half and at double of each constant below (but ``LIMITS``) the same is named of the files of
+# seven engines, of two with a wrong column, of five random conventions and of two wrong bodies.
 # Rows that are looked at, intervals of the first stage, candidates of it, and those judged in full.
 LOOKED_AT, INTERVALS, PARTIALS, TRIES = 250, 24, 32, 24
 # What the first stage accepts: rad of misfit, and the part of the turning.
