@@ -534,6 +534,8 @@ OPEN = {"kinematics": ("open", 0.0)}
         ({"jellett": ("fail", 6e-4), **OPEN}, False, False, False),
         (OPEN, False, False, False),
         ({"kinematics": ("pass", 0.0)}, False, True, True),
+        ({"kinematics": ("fail", 0.2)}, False, True, False),
+        ({"kinematics": ("fail", 0.4)}, False, False, False),
     ],
 )
 def test_what_a_cause_has_to_leave(

@@ -171,15 +171,15 @@ class FailedFile:
         """
         seen = [one for one in self.judge(rows) if one.verdict in ("pass", "fail")]
         found = [one for one in seen if one.name in self._before]
-        return any(map(self._nearer, found)) and all(
+        return any(self._nearer(one) or one.name not in self.failed for one in found) and all(
             self._nearer(one) or _lacking(one) <= ENGINES_LEAVE.get(one.name, 0.0) for one in found
         )
 
     @cached_property
     def _before(self) -> dict[str, float]:
-        """Values of the failed checks, infinite of the open ones."""
+        """Values of the failed checks, 0 of the open ones."""
         return {
-            one.name: math.inf if one.verdict == "open" else _lacking(one)
+            one.name: 0.0 if one.verdict == "open" else _lacking(one)
             for one in self.findings
             if one.verdict in ("open", "fail")
         }
