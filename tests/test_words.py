@@ -19,7 +19,7 @@ CLAUSE = re.compile(r"(What|How|Whether|Which|Where|Those|The same|That which|As
 
 # A constant's comment is a sentence of its own, not the end of one that its name began.
 CONTINUATION = re.compile(
-    r"[A-Z][A-Z0-9_]+ *[:=].*# (above|after|and|as|below|beside|beyond|from|in|more|of|times|to"
+    r"[A-Z][A-Z0-9_]+ *[:=].*# (?i:above|after|and|as|below|beside|beyond|from|in|more|of|times|to"
     r"|until|what|where|which|whose|with) "
 )
 

@@ -42,7 +42,7 @@ GOALS = {
     "contact_kept": "the top stays on the table up to the horizon",
 }
 POINTS, MOST_POINTS = 33, 10_000
-MOST_DIGITS = 25  # Of double-double's 31, which lose some six on the way.
+MOST_DIGITS = 25  # Double-double has 31 digits, which lose some six on the way.
 PLAIN = 6  # Decimal exponents up to which a number is written without an exponent.
 LATE = 0.95  # Part of the horizon after which it may be the horizon that decides.
 IN_DOUBLE = 10  # Digits that runs in double answer: the state loses up to five of their 15.

@@ -44,7 +44,7 @@ from tt_precise.runtime.values import (
 from tt_precise.scene.numerals import LARGEST
 from tt_precise.scene.scene import Scene
 
-SHALLOW = 0.1  # In R; with a larger distance from the table there is no contact.
+SHALLOW = 0.1  # Distance from the table in R beyond which there is no contact.
 PROPORTIONAL = 0.99  # correlation of the height with k.z above which the contact arm is wrong
 
 

@@ -45,8 +45,8 @@ TRIED = 5  # Numbers that are fitted, the best aligned first.
 FALLS = 0.9  # Part of the square of the residual that a step may leave.
 FAR = 1e-3  # Step of a number from which on its derivative is computed again.
 ALIGNED = 0.3  # Cosine between residual and derivative below which a number explains nothing.
-WEIGHT = 30.0  # Of lift and height among the residuals that are fitted.
-AHEAD = 1.5  # Times that the next best number has to leave more.
+WEIGHT = 30.0  # Weight of lift and height among the residuals that are fitted.
+AHEAD = 1.5  # Factor by which the next best number has to leave more.
 NONE = 0.02  # Part of a number that counts as none of it.
 LARGE = 1e-9  # Change of a number that is none.
 

@@ -27,7 +27,7 @@ from tt_precise.scene.scene import Scene
 
 EPS = float(numpy.finfo(float).eps)
 ON_TABLE = 1e-9  # Part of R up to which the lowest point touches a rigid table.
-COLUMNS = 12  # Of the extrapolation; from there on rounding grows faster than the error falls.
+COLUMNS = 12  # Most columns of the extrapolation: beyond, rounding grows faster than errors fall.
 # The column at whose eight midpoint steps a neighbour is carried along and a function is watched.
 WATCHED = 4
 MOST_STEPS = 32  # Steps to the end of a span: what the widest rows may cost.

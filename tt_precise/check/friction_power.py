@@ -30,7 +30,7 @@ from tt_precise.runtime.values import Array
 # the law keeps deviates by less than this part: words of a note. Gliding below this part of the
 # fastest is still.
 FEWEST, ALIKE, STILL = 8, 0.05, 0.05
-NONE = 1e-9  # In F_z; a smaller force is rounding.
+NONE = 1e-9  # Part of F_z below which a force is rounding.
 
 
 def friction_power(samples: Samples, limit: float) -> Residual:

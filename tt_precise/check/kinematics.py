@@ -66,7 +66,7 @@ BETWEEN = 3e-5
 ABOUT_VERTICAL = 0.1
 SINKS = 0.1  # Part of R by which a soft contact may give way; 0.07 mm of 20 mm are usual.
 LEAST_DEPTH = 1e-9  # m of depth that is worth a word: less is rounding.
-LENGTH = math.sqrt(3)  # Of a vector whose components are 1: bounds hold for each component.
+LENGTH = math.sqrt(3)  # Norm of a vector whose components are 1: bounds hold for each component.
 # Sum of the differences from the equations, in the sizes of the state's entries: the usual limit of
 # the check ``equations``.
 OBEYED = 1e-6

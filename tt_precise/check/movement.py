@@ -44,7 +44,7 @@ CLEAR = math.pi / 2
 # By this power of the spacing the bounds fall at least (measured, 60 to 240 Hz): the interpolation
 # through the fewest rows is of order 4, and a force with kinks of less.
 FALLS_AS = 3
-LARGEST_SHARE = 1e4  # Of a bound over the required one, where nothing at all is seen.
+LARGEST_SHARE = 1e4  # Largest ratio of a bound to the required one: nothing at all is seen.
 
 
 @dataclass(frozen=True)

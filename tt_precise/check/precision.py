@@ -21,7 +21,7 @@ MOST_DECIMALS, MOST_DIGITS = 11, 10  # More of them are as good as a double here
 # recognised. By chance a double has 10 decimals with a probability of 4e-5; but starts are round.
 FEWEST, DIFFERENT = 8, 4
 LOOKED_AT = 4096  # Rows from which the precision is taken.
-GAP = 1.5  # Times the usual step, half way to a missing row, that no rounding makes.
+GAP = 1.5  # Usual steps, half way to a missing row: no rounding makes such a gap.
 FIRST = 24  # Values of which one usually shows that the numbers are full doubles.
 
 VECTORS = (

@@ -477,7 +477,7 @@ class Trajectory(Hints):
             path = f"{self.scene.name}.html"
             print(f"{path}: open it in a browser")
         return animate(
-            self.run, path, beside=_runs(beside), label=label or "", seconds=seconds, fps=fps,
+            self.run, path, others=_runs(beside), label=label or "", seconds=seconds, fps=fps,
             begin=begin, end=end, progress=progress,
         )  # fmt: skip
 

@@ -54,15 +54,15 @@ def columns_of(
 def figure(
     run: Solution,
     names: tuple[Name, ...] = (),
-    beside: Mapping[str, Solution] = MappingProxyType({}),
+    others: Mapping[str, Solution] = MappingProxyType({}),
     label: str = "",
 ) -> Figure:
     """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named.
 
-    Every panel of a column has the curves of the runs ``beside`` too, under their labels, next to
+    Every panel of a column has the curves of the ``others`` too, under their labels, next to
     this run's ``label``.
     """
-    if beside and not names:
+    if others and not names:
         names = ("theta",)
     panels: tuple[tuple[Name, ...], ...] = tuple((name,) for name in names)
     if not names:
@@ -78,16 +78,16 @@ def figure(
                 _drifts(place, run, {name.removeprefix(DRIFT): samples[name]})
             else:
                 _panel(place, samples, panel)
-            for its_label, other in beside.items():
+            for its_label, other in others.items():
                 curve = columns_of(other, panel)
                 name = str(getattr(panel[0], "name", panel[0]))
                 place.plot(curve["t"], curve[name], label=its_label)
-        if beside:
+        if others:
             axes[0].lines[0].set_label(label)
             axes[0].legend(loc="center left", bbox_to_anchor=(1, 0.5))
         if not names:
             _drifts(axes[-1], run, drift_over_time(run))
-        _events(axes[0], run, 1 + len(beside))
+        _events(axes[0], run, 1 + len(others))
         axes[-1].set_xlabel("t / s")
         note = "" if run.status == "complete" else f" ({run.status})"
         axes[0].set_title(f"{run.scene.name}{note}")
@@ -195,7 +195,7 @@ def animate(
     run: Solution,
     path: str | Path,
     *,
-    beside: Mapping[str, Solution] = MappingProxyType({}),
+    others: Mapping[str, Solution] = MappingProxyType({}),
     label: str = "",
     seconds: float = 12.0,
     fps: int = 20,
@@ -203,7 +203,7 @@ def animate(
     end: float | None = None,
     progress: Progress | None = None,
 ) -> Animation:
-    """Write the animation of ``run`` and the runs ``beside`` it from ``begin`` to ``end`` (s).
+    """Write the animation of ``run`` and of ``others`` from ``begin`` to ``end`` (s).
 
     A page (.html) plays in a browser without a network, with a slider and several speeds; ``fps``
     is of no importance there, and ``seconds`` chooses the first speed.
@@ -214,7 +214,7 @@ def animate(
     from matplotlib import animation
 
     target = Animation(path)
-    named = {label or _name_of(run.scene): run, **beside}
+    named = {label or _name_of(run.scene): run, **others}
     if not (0 < fps <= MOST_FRAMES and 0 < seconds <= MOST_FRAMES / fps):
         raise InputError(
             f"animate: got {shortened(seconds)} s with {shortened(fps)} frames in each, expected "
