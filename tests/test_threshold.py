@@ -40,7 +40,13 @@ def test_the_least_spin_that_passes_the_equator() -> None:
     assert rows["t_equator"].notna().tolist() == [False, True]
     assert rows["t_equator"][1] == pytest.approx(found.above.t, rel=1e-4)
     assert found.confirmed
-    assert "just before the horizon" in "\n".join(threshold.lines(found))
+    text = "\n".join(threshold.lines(found))
+    assert "just before the horizon" in text
+    # a run at each end as it is printed answers as the line says
+    ends = [line.split() for line in text.splitlines() if line.startswith("    at ")]
+    scene = tt.load_scene("reference")
+    again = [tt.integrate(scene.varied(omega_3=end[1]), until=8).inversion.equator for end in ends]
+    assert again == [None, pytest.approx(float(ends[1][5]), rel=1e-5)]
     assert (found.verdicts[0], found.verdicts[-1]) == ("does_not_invert", "inverts")
     # lambda is proportional to the spin of this start
     ratio = tt.sweep(

@@ -42,6 +42,7 @@ GOALS = {
     "contact_kept": "the top stays on the table up to the horizon",
 }
 POINTS, MOST_POINTS = 33, 10_000
+END_DIGITS = 17  # The ends of a bracket are printed as doubles, so that a run repeats their times.
 MOST_DIGITS = 25  # Double-double has 31 digits, which lose some six on the way.
 PLAIN = 6  # Decimal exponents up to which a number is written without an exponent.
 LATE = 0.95  # Part of the horizon after which it may be the horizon that decides.
@@ -116,8 +117,8 @@ class Found(Hints):
             "points": self.points,
             "value": None if self.threshold is None else decimal(self.threshold, self.digits),
             "isolated": self.isolated,
-            "below": text(self.below),
-            "above": text(self.above),
+            "below": self.below and self.below.as_dict(max(END_DIGITS, self.digits + 1)),
+            "above": self.above and self.above.as_dict(max(END_DIGITS, self.digits + 1)),
             "changes": [[text(one), text(other)] for one, other in self.changes],
             "confirmed": self.confirmed,
             "theorem": {
@@ -329,7 +330,8 @@ def _outcome(found: Found) -> list[str]:
     else:
         shown = [f"  {name} = {value}"]
         for answer in (below, above):
-            shown.append(f"    at {_with_unit(found, answer.value, digits + 1)}: {answer.text}")
+            end = _with_unit(found, answer.value, max(END_DIGITS, digits + 1))
+            shown.append(f"    at {end}: {answer.text}")
         if above.t is not None and above.t > LATE * found.scene.until:
             shown.append(
                 "    just before the horizon: the value may be smaller with a later --until"
