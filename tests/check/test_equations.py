@@ -185,3 +185,21 @@ def test_rows_that_have_left_the_equations_are_not_carried_in_many_steps(
     found = check(frame, "reference")
     assert sum(asked) == rows - 1 + more
     assert (found.verdict == "fail") == (factor != 1)
+
+
+@without_causes
+def test_a_limit_of_any_size_decides_about_rows_that_have_left_the_equations() -> None:
+    """Coarse rows of another mu: not all are carried, unless the limit asks for it."""
+    rubbed = tt.load_scene("reference").varied(mu="0.31")
+    frame = tt.integrate(rubbed).frame(*VECTORS[1:], times=[i / 10 for i in range(81)])
+    usual = check(frame, "reference")
+    for name in ("equations", "energy_balance"):
+        assert usual[name].verdict == "fail"
+        assert "48 of 80 intervals not looked at" in usual[name].note
+        assert "too wide" not in usual[name].note
+    limits = {"equations": 0.1, "energy_balance": 0.1}
+    allowed = check(frame, "reference", limits=limits)
+    for name, least in (("equations", 0.05), ("energy_balance", 0.01)):
+        assert allowed[name].verdict == "pass"
+        assert least < (allowed[name].value or 0.0) < 0.1
+        assert allowed[name].note == "error bound 7e-09"

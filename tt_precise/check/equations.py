@@ -53,9 +53,9 @@ ROUNDED_SPEED = 1e-13
 NEARBY = 1e-10
 MOST_JOINTS = 200  # Intervals that are integrated; of more, every second or third one.
 # Part of their sizes by which rows may leave the equations since the start: a thousand times what
-# ``equations`` allows. A solution that is further off is not the motion of the rows, and no time is
-# spent on what would have to be carried in many steps.
-APART = 1e-3
+# ``equations`` usually allows, as often with other limits. A solution that is further off is not
+# the motion of the rows, and no time is spent on what would have to be carried in many steps.
+APART, FAR_BEYOND = 1e-3, 1e3
 FEW, FEW_STEPS = 32, 8  # Intervals that are carried on, and their steps, where rows have left.
 AT_ONCE = 16_384  # Rows whose states and energies are held at once: 20 MB.
 
@@ -69,7 +69,8 @@ class Differences(NamedTuple):
     before could not be carried so far. ``reached`` (s, intervals) is how far it was, 0 where the
     equations may change, NaN where nobody asked. ``least`` (intervals,) bounds the ``margin`` of
     the equations between the rows from below. ``joints`` counts the intervals in which the
-    equations may change: those that were integrated, and all.
+    equations may change: those that were integrated, and all; ``left`` those that were not carried
+    because the rows had left the equations.
     """
 
     state: Array
@@ -79,6 +80,7 @@ class Differences(NamedTuple):
     reached: Array
     least: Array
     joints: tuple[int, int] = (0, 0)
+    left: int = 0
 
     @property
     def sums(self) -> tuple[Array, Array]:
@@ -88,13 +90,13 @@ class Differences(NamedTuple):
 
 def equations(rows: Samples, limit: float) -> Residual:
     """Add up the differences of the state."""
-    found = differences(rows)
+    found = differences(rows, max(APART, FAR_BEYOND * limit))
     return _added_up(found.state, found, limit)
 
 
 def energy_balance(rows: Samples, limit: float) -> Residual:
     """Add up the differences of the energy."""
-    found = differences(rows)
+    found = differences(rows, max(APART, FAR_BEYOND * limit))
     return _added_up(found.energy[None], found, limit)
 
 
@@ -109,7 +111,9 @@ def _added_up(mismatch: Array, found: Differences, limit: float) -> Residual:
     looked_at, joints = found.joints
     if looked_at < joints:
         note += f"; {looked_at} of {joints} possible changes of the equations looked at"
-    wide = int((~resolved).sum()) - (joints - looked_at)
+    if found.left:
+        note += f"; {found.left} of {len(resolved)} intervals not looked at: the rows leave too far"
+    wide = int((~resolved).sum()) - (joints - looked_at) - found.left
     if wide > 0:
         note += f"; {wide} of {len(resolved)} intervals too wide"
         within = float(numpy.fmin.reduce(found.reached[~resolved]))
@@ -118,39 +122,45 @@ def _added_up(mismatch: Array, found: Differences, limit: float) -> Residual:
     return Residual(numpy.append(0.0, values), bound, note)
 
 
-def differences(samples: Samples) -> Differences:
-    """Return the differences of all rows, computed once for all checks."""
-    if "differences" not in samples.shared:
-        found = _row_differences(samples, sizes_of(samples))
+def differences(samples: Samples, far: float = APART) -> Differences:
+    """Return the differences of all rows, computed once for all checks.
+
+    Behind rows that have left the equations by ``far`` not all are carried.
+    """
+    key = f"differences up to {far}"
+    if key not in samples.shared:
+        found = _row_differences(samples, sizes_of(samples), far)
         if samples.setup.may_switch:
             found = _integrate_switches(samples, found)
-        samples.shared["differences"] = found
-    there: Differences = samples.shared["differences"]
+        samples.shared[key] = found
+    there: Differences = samples.shared[key]
     return there
 
 
-def _row_differences(samples: Samples, sizes: Array) -> Differences:
-    parts = []
+def _row_differences(samples: Samples, sizes: Array, far: float) -> Differences:
+    parts, left = [], 0
     for first in range(0, len(samples.t) - 1, AT_ONCE):
         part = samples.rows(slice(first, first + AT_ONCE + 1))
-        apart, there = _ends_of(samples, part, sizes, backward=not first)
+        apart, there, all_carried = _ends_of(samples, part, sizes, far, backward=not first)
+        left += 0 if all_carried else int((~numpy.isfinite(there.error)).sum())
         bound = there.error + ROUNDED * EPS * there.growth
         reached = numpy.diff(part.t) * there.reached
         parts.append((apart[:-4], apart[-4:-1], apart[-1], bound, reached, there.least))
     state, momentum, energy, bound, reached, least = (
         numpy.concatenate(one, axis=-1) for one in zip(*parts, strict=True)
     )
-    return Differences(state, momentum, energy, bound, reached, least)
+    return Differences(state, momentum, energy, bound, reached, least, left=left)
 
 
 def _ends_of(
-    samples: Samples, part: Samples, sizes: Array, backward: bool
-) -> tuple[Array, FlowEnd]:
+    samples: Samples, part: Samples, sizes: Array, far: float, backward: bool
+) -> tuple[Array, FlowEnd, bool]:
     """Return the ``_functions`` of a part's rows less those of the rows before, and the flow's end.
 
-    Where the rows have left the equations by ``APART``, a few of those that need many steps are
-    carried, and in few steps. With ``backward`` the first interval is carried from its end if it
-    cannot be from its begin: no row before would say whether its first row is wrong.
+    Where the rows have left the equations by ``far``, a few of those that need many steps are
+    carried, and in few steps: the last value is False then. With ``backward`` the first interval is
+    carried from its end if it cannot be from its begin: no row before would say whether its first
+    row is wrong.
     """
     setup, spans = samples.setup, numpy.diff(part.t)
     before, after = (_at(part.state, ends) for ends in (slice(None, -1), slice(1, None)))
@@ -178,24 +188,25 @@ def _ends_of(
             whole[..., some] = one
 
     def has_left() -> bool:
-        return not setup.may_switch and (rise > APART or _gone(apart, there))
+        return not setup.may_switch and (rise > far or _gone(apart, there, far))
 
     late = numpy.flatnonzero(~numpy.isfinite(there.error))
     propagate(late[:FEW], before, after, 1.0, FEW_STEPS if has_left() else MOST_STEPS)
-    if not has_left():
-        propagate(late[FEW:], before, after, 1.0)
-        if backward and there.reached[0] != 1:
-            propagate(numpy.array([0]), after, before, -1.0)
-    return apart, there
+    if has_left():
+        return apart, there, False
+    propagate(late[FEW:], before, after, 1.0)
+    if backward and there.reached[0] != 1:
+        propagate(numpy.array([0]), after, before, -1.0)
+    return apart, there, True
 
 
-def _gone(apart: Array, there: FlowEnd) -> bool:
-    """Test that rows have left the equations by ``APART`` since the start."""
+def _gone(apart: Array, there: FlowEnd, far: float) -> bool:
+    """Test that rows have left the equations by ``far`` since the start."""
     carried = numpy.isfinite(there.error)
     compared = numpy.vstack((apart[:-4], apart[-1:]))  # the momentum is not without the azimuth
     sums = abs(numpy.cumsum(numpy.where(carried, compared, 0.0), axis=1)).max(axis=0)
     bounds = numpy.cumsum(numpy.where(carried, there.error + ROUNDED * EPS * there.growth, 0.0))
-    return bool((sums - bounds > APART).any())
+    return bool((sums - bounds > far).any())
 
 
 def _at(state: State, rows: Array | slice) -> State:
