@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import tt_precise as tt
+from tests.check.conftest import Engine
 from tests.check.test_force_free import POSE
 from tests.conftest import more
 from tt_precise.check import conventions
@@ -187,6 +188,33 @@ def wrong_physics(seed: int, count: int) -> list[str]:
 @pytest.mark.parametrize(("seed", "count"), [(2, 3), pytest.param(5, 50, marks=pytest.mark.slow)])
 def test_wrong_physics_is_explained_by_no_convention(seed: int, count: int) -> None:
     assert wrong_physics(seed, count) == []
+
+
+def _of_point(given: Given, part: float) -> Given:
+    """The rows with the velocity of the point at a part of the way to the sphere's centre."""
+    arm = part * BODY.R * BODY.alpha * numpy.array(axis_of(given.q))
+    assert given.v is not None
+    return given._replace(v=given.v + numpy.cross(given.w, arm, axis=0), x=None)
+
+
+@pytest.mark.parametrize("part", [-1.0, 0.5, 3.0])
+def test_a_wrong_velocity_is_in_no_smaller_unit(part: float) -> None:
+    """Near the vertical engines leave as much as a velocity that is almost 0."""
+    upright = right(1000, 3.0)
+    assert search(_of_point(upright, part), BODY, {}, jellett())[1] == []
+    (found, *_) = search(_of_point(upright, 1.0), BODY, {}, jellett())[1]
+    assert found.convention.words() == "the velocity is that of the sphere's centre"
+
+
+def test_a_unit_of_an_engine_with_a_soft_contact_is_named(engine: Engine) -> None:
+    """Near the vertical, too."""
+    frame = engine(1000, 0.25, law="soft")
+    q, w, v = (
+        frame[names.split()].to_numpy().T for names in ("qw qx qy qz", "wx wy wz", "vcx vcy vcz")
+    )
+    in_mm = Given(frame.t.to_numpy(), q, w, 1000 * v)
+    found = search(in_mm, BODY, {}, jellett())[1][0]
+    assert (found.convention.words(), found.exactly) == ("lengths are in mm", False)
 
 
 def test_what_is_right_is_not_searched() -> None:

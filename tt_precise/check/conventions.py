@@ -84,6 +84,9 @@ ENGINES = {
 }  # fmt: skip
 FINEST = 1e-6  # Part of a limit that is nothing.
 NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
+# Part of what no velocity leaves of the torque that one in another convention may leave: a velocity
+# in the next unit leaves 1 - 1/2.54.
+SEEN = 0.5
 RESOLVED = 1.0  # Bound of the axis (rad) and the torque (m g R alpha) that says nothing.
 
 
@@ -557,7 +560,9 @@ def search(
         found = fit(body, convert(given, one, body), _scaled(rounding, one))
         if found.passes:
             passing.append(FoundConvention(one, found, True))
-        elif as_given.size > 1 and found.size < min(1.0, NEARER * as_given.size):
+            continue
+        near = as_given.size > 1 and found.size < min(1.0, NEARER * as_given.size)
+        if near and _velocity_seen(given, body, rounding, one, found):
             nearly.append(FoundConvention(one, found, False))
     order = passing or sorted(
         nearly,
@@ -569,6 +574,21 @@ def search(
         else one
         for one in order
     ]
+
+
+def _velocity_seen(
+    given: Given, body: Parameters, rounding: Mapping[str, float], one: Convention, found: Fit
+) -> bool:
+    """Test that a velocity in another convention leaves less of the torque than none does.
+
+    Beside the spin of a top near the vertical what is small enough might be any velocity.
+    """
+    kept = (one.length, one.point, one.velocity_in_body)
+    if given.v is None or kept == (OURS.length, OURS.point, OURS.velocity_in_body):
+        return True
+    still = convert(given._replace(v=0 * given.v), one, body)
+    left = fit(body, still, _scaled(rounding, one)).parts["torque"]
+    return found.parts["torque"] < SEEN * left
 
 
 def _scaled(rounding: Mapping[str, float], one: Convention) -> dict[str, float]:
