@@ -299,6 +299,11 @@ def _without_a_name(q: Motion) -> Any:
         (lambda q: q.parameters, "got no 'parameters' of a Motion, expected one of: a, body, "),
         (lambda q: q.state.theta, "got no 'theta' of a NewtonState, expected one of: L, Lx, "),
         (lambda q: q.k.z, "'tuple' object has no attribute 'z'), expected a function that"),
+        (
+            lambda q: q.speed,
+            "omega_cross_a, rolls, s_dot, state, torque, v_dot, viscous, x_hat; "
+            "did you mean gliding_speed?",
+        ),
         (_without_a_name, "got AttributeError (mine), expected a function that"),
     ],
 )
@@ -327,8 +332,9 @@ def test_an_own_value_at_an_event_has_its_error(reference: Scene, words: dict[st
     if words:
         assert re.search(r" \+- \S+$", str(found["energy"][0]))
     for of in (run, run.again(events=())):
-        with pytest.raises(InputError, match="column: got 'drift:E', expected one of"):
+        with pytest.raises(InputError, match="column: got 'drift:E', expected one of") as refused:
             of.event_frame("drift:E")
+        assert str(refused.value).endswith("digits or error:NAME; frame(...) has drifts")
 
 
 def test_a_function_that_combines_rows_is_refused(reference: Scene) -> None:

@@ -101,6 +101,7 @@ def test_bare_toml_numbers_stay_exact() -> None:
         ('"0.1"', '"10"', 'is it in degrees? then write "10 deg"'),
         ('"0.3"', '"1.2"', "alpha: got 1.2, expected a number between 0 and 1"),
         ('I3 = "2/5"', 'I3 = "0.8"', "I3: got 0.8, expected at most 2 I1 = "),
+        ('I1 = "131/350"', 'I1 = "9.9e-7"', "I1: got 9.9e-07, expected at least I3/2 = 0.2 "),
         ('until = "8"', 'until = "-1"', "until: got -1, expected seconds, at least 0"),
         ('until = "8"', 'until = "8"\nsample_every = "0"', "sample_every: got 0, expected seconds"),
         ('until = "8"', 'until = "1e300"', "sample_every: got 0.01, which gives more than"),
@@ -218,9 +219,10 @@ def test_a_law_of_friction_is_varied_as_the_file_would_say(name: str) -> None:
     ):
         with pytest.raises(InputError, match=said):
             scene.varied(friction=wrong)
-    for own in scene.body.friction.parameters:
-        with pytest.raises(InputError, match=f"with a table friction: got '{own.name}', expected"):
-            scene.varied(friction={"law": "coulomb", "mu": "0.2"}, **{own.name: "0.3"})
+    for own in (*(one.name for one in scene.body.friction.parameters), "mu_s"):
+        said = f"with a table friction: got '{own}', expected it in the table: .*\"{own}\": "
+        with pytest.raises(InputError, match=said):
+            scene.varied(friction={"law": "coulomb", "mu": "0.2"}, **{own: "0.3"})
 
 
 def test_moments_of_inertia_keep_their_ratio_when_m_or_R_are_varied() -> None:

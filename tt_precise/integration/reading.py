@@ -211,6 +211,9 @@ def event_columns(
     missing.
     """
     for name in names:
+        if is_drift(name):
+            also = ", pose, digits or error:NAME; frame(...) has drifts"
+            raise wrong_name("column", name, run.columns.dimensions, also)
         run.columns.dimension(name)  # refuses an unknown name where there are no events too
     if run.alone:
         return _events_of_segment(run, run.alone, names, at)

@@ -19,13 +19,14 @@ from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters, Torque
 from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length, subtracted
-from tt_precise.runtime.values import MEANT, Functions, Hints, InputError, Scalar
+from tt_precise.runtime.values import Functions, Hints, InputError, Scalar, nearest
 
 
 class Motion(Hints):
     """A body in a state, in one arithmetic: the argument of quantities.
 
-    Every quantity of the catalogue is an attribute too: ``motion.g_n``, ``motion.theta``.
+    Every quantity of the catalogue is an attribute too: ``motion.g_n``, ``motion.theta``, and
+    lambda, which Python keeps for itself, is ``motion.jellett``.
 
     ``state`` has vectors (with vx = vy = 0 when rolling); ``model`` determines the force at the
     contact. All values are computed when first needed; ``s_dot`` computes the velocity of CM if
@@ -51,8 +52,11 @@ class Motion(Hints):
     if not TYPE_CHECKING:  # where it would make every attribute known
 
         def __getattr__(self, name: str) -> Scalar:
-            quantity = QUANTITIES.get(name) or QUANTITIES.get(MEANT.get(name, ""))
+            quantity = QUANTITIES.get("lambda" if name == "jellett" else name)
             return quantity.evaluate(self) if quantity else super().__getattr__(name)
+
+    def _where(self, name: str) -> str:
+        return super()._where(name) or nearest(name, QUANTITIES)
 
     @cached_property
     def k(self) -> Vector:

@@ -50,13 +50,11 @@ class TippeTop(Parameters):
         self.friction.check(self.mu, *self.further)
         if self.spring:
             _require_table(self)
-        _require(
-            self.I3 <= 2 * self.I1,
-            "I3",
-            self.I3 / (self.m * self.R**2),
-            f"at most 2 I1 = {_short(2 * self.I1 / (self.m * self.R**2))} (in units of m R^2; "
-            "I1_kg_m2 and I3_kg_m2 are in kg m^2)",
-        )
+        I1, I3 = (moment / (self.m * self.R**2) for moment in (self.I1, self.I3))
+        units = "(in units of m R^2; I1_kg_m2 and I3_kg_m2 are in kg m^2)"
+        if I1 < PLAUSIBLE_MOMENT[0] <= I3:  # not the fault of I3
+            _require(I3 <= 2 * I1, "I1", I1, f"at least I3/2 = {_short(I3 / 2)} {units}")
+        _require(I3 <= 2 * I1, "I3", I3, f"at most 2 I1 = {_short(2 * I1)} {units}")
 
     def __repr__(self) -> str:
         numbers = {**self.in_file_units(), "friction": None, "spring": None}

@@ -11,7 +11,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from tt_precise.mechanics.laws import VISCOUS
+from tt_precise.mechanics.laws import LAWS, VISCOUS
 from tt_precise.mechanics.parameters import of_numbers
 from tt_precise.runtime.files import parse_toml, printable, read_toml
 from tt_precise.runtime.values import (
@@ -207,15 +207,20 @@ class Scene(Hints):
         InputError
             There is no such entry, or its value is refused.
         """
-        own, what = self.body.in_file_units(), "varied"
+        own = self.body.in_file_units()
         if "friction" in changes:
-            what = "varied with a table friction"
-            for parameter in self.body.friction.parameters:
-                del own[parameter.name]
+            for law in LAWS.values():
+                for name in (parameter.name for parameter in law.parameters):
+                    own.pop(name, None)
+                    if name in changes:
+                        raise InputError(
+                            f"varied with a table friction: got {name!r}, expected it in the "
+                            f'table: friction={{"law": ..., "{name}": ...}}'
+                        )
         parameters = own.keys() & self.body.numbers_by_name.keys()
         known = {*parameters, *UNIT_KEYS, *START_KEYS, *_RUN, "friction", "model"}
         for name in changes:
-            require_name(what, name, sorted(known))
+            require_name("varied", name, sorted(known))
         start = {name: changes[name] for name in START_KEYS if name in changes}
         run = {name: changes[name] for name in (*_RUN, "model") if name in changes}
         changed = {UNIT_KEYS.get(name, (name,))[0] for name in changes}
