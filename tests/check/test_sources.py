@@ -130,6 +130,10 @@ def test_a_bad_file_is_refused(tmp_path: Path, content: bytes, message: str) -> 
     refuses(message, path)
 
 
+def test_no_rows_up_to_a_time_are_refused(healthy: Healthy) -> None:
+    refuses("got no rows up to t = 1 s, expected", healthy()[VECTORS].head(0), until=1.0)
+
+
 def test_files_that_are_no_files(healthy: Healthy, tmp_path: Path) -> None:
     broken, cut, wrong, damaged, pipe = (
         tmp_path / name

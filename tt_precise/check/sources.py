@@ -95,7 +95,7 @@ def usable_rows(
     beyond = numpy.flatnonzero(t > until)
     if len(beyond):
         block = block.head(int(beyond[0]))
-    elif until < math.inf:
+    elif len(t) and until < math.inf:
         block = _without_padding(block, wanted, until)
     t = block.values["t"]
     finite = numpy.all([numpy.isfinite(block.values[name]) for name in wanted], axis=0)
