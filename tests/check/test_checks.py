@@ -153,5 +153,7 @@ def test_a_trajectory_can_be_checked_and_the_callers_table_is_left_alone(healthy
 def test_a_limit_may_have_the_name_of_the_quantity() -> None:
     for quantity, check_name in (("lambda", "jellett"), ("E", "energy"), ("D", "routh")):
         assert chosen_limits({quantity: 1e-9}) == chosen_limits({check_name: 1e-9})
+    with pytest.raises(tt.InputError, match="limit: got E, energy, expected each check once"):
+        chosen_limits({"E": 1e-9, "energy": 1e-6})
     with pytest.raises(tt.InputError, match=r"limit: got 'jelet', .*; did you mean 'jellett'"):
         chosen_limits({"jelet": 1e-9})

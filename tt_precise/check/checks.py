@@ -358,7 +358,9 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     Raises ``InputError``: a check of that name does not exist, or its limit is no number that a
     value can pass.
     """
-    given = {OF_QUANTITY.get(name, name): value for name, value in given.items()}
+    several, given = given, {OF_QUANTITY.get(name, name): value for name, value in given.items()}
+    if len(given) < len(several):
+        raise InputError(f"limit: got {', '.join(several)}, expected each check once")
     for name in given:
         require_name("limit", name, DEFAULT_LIMITS)
     senses = {check.name: check.sense for check in CHECKS}
@@ -380,10 +382,8 @@ def finite(what: str, value: object) -> float:
     return float(number)
 
 
-def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, float]:
+def read_limits(texts: Iterable[str]) -> dict[str, float]:
     """Limits by name from NAME=VALUE, or from VALUE for all others with the default 1e-6.
-
-    ``option`` is the name of the option, for errors.
 
     Raises ``InputError``: a value is not a number, or a name has two values.
     """
@@ -393,10 +393,10 @@ def read_limits(texts: Iterable[str], option: str = "--limit") -> dict[str, floa
         try:
             number = float(value)
         except ValueError:
-            raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE") from None
+            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE") from None
         name = name.strip()
         if name in limits or (equals and not name):
-            raise InputError(f"{option}: got {text!r}, expected NAME=VALUE or VALUE, each once")
+            raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE, each once")
         limits[name] = number
     usual = limits.pop("", None)
     if usual is None:
