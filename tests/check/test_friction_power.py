@@ -1,8 +1,10 @@
 """The power of friction in every row, and the law that is seen."""
 
+import numpy
+import pandas
 import pytest
 
-from tests.check.conftest import Engine, check
+from tests.check.conftest import VECTORS, Engine, Healthy, check
 
 
 @pytest.mark.parametrize(
@@ -44,3 +46,29 @@ def test_friction_below_its_error_is_not_seen(engine: Engine, no_cause: None) ->
     rows = engine(60, 0.6, law="stribeck")
     note = check(rows, "reference", friction="other")["friction_power"].note
     assert note.startswith("friction seen: 0.025 to 0.029 of F_z")
+
+
+def test_a_pass_says_how_many_rows_it_does_not_resolve(healthy: Healthy, no_cause: None) -> None:
+    found = check(healthy()[VECTORS], "reference", friction="other")["friction_power"]
+    assert found.verdict == "pass"
+    assert found.note.endswith("; 347 of 801 rows not resolved")
+
+
+@pytest.mark.parametrize("limit", [0.0, 1e-3])
+def test_a_top_that_slides_without_turning_is_looked_at(no_cause: None, limit: float) -> None:
+    """Coulomb's friction of 0.3 s/m, in all rows: the top does not turn by what one row needs."""
+    t = numpy.linspace(0, 0.3, 31)
+    rows = pandas.DataFrame(dict.fromkeys(VECTORS, 0 * t) | {"t": t})
+    rows["kz"], rows["vx"] = 1.0, 1 - 0.3 * 9.82 * t
+    limits = {"friction_power": limit}
+    found = check(rows, "reference", friction="other", limits=limits)
+    assert found["friction_power"].verdict == ("pass" if limit else "open")
+    assert found["contact_momentum"].verdict == "fail"  # nothing turns it although friction acts
+    rows["vx"] = 2 - rows["vx"]
+    assert check(rows, "reference", friction="other")["friction_power"].verdict == "fail"
+
+
+def test_few_rows_say_so(healthy: Healthy, no_cause: None) -> None:
+    found = check(healthy()[VECTORS].head(5), "reference", friction="other")
+    assert found["friction_power"].note == "5 rows, expected at least 6"
+    assert "checked nothing, not at spin" in found["kinematics"].note

@@ -140,3 +140,13 @@ def test_jellett_is_allowed_a_force_within_the_depth_of_a_soft_table(engine: Eng
     wrong = found("I1 a hundredth more")
     assert wrong.verdict == "fail"
     assert wrong.value == pytest.approx(2.1e-6, rel=0.1)
+
+
+def test_a_pass_says_what_it_would_not_notice(engine: Engine) -> None:
+    """The bound is that of the rows, above a limit that they do not reach too."""
+    limits = {"kinematics": 1e-12, "contact_momentum": 1e-12}
+    found = check(engine(100), "reference", friction="other", limits=limits)
+    for name in limits:
+        assert found[name].verdict == "pass"
+        assert (found[name].bound or 0) > 1e-9
+        assert "detects " in found[name].note

@@ -20,6 +20,7 @@ from tt_precise.check.movement import (
     movement_of,
     rates_with_errors,
     sufficient_spacing,
+    too_few,
 )
 from tt_precise.check.result import Residual
 from tt_precise.mechanics import conserved
@@ -38,7 +39,7 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     values, movement = numpy.zeros(len(samples.t)), movement_of(samples)
     rows, at = movement.sparse, movement.visited
     if len(at) < FEWEST_ROWS:
-        return Residual(values, math.inf)
+        return Residual(values, math.inf, open=too_few(len(at)))
     body = movement.body
     (x, y, z), off = rates_with_errors(body, rows, rows.v, movement.sparse_rounding.v)
     vx, vy = samples.state.vx[at], samples.state.vy[at]
@@ -60,14 +61,15 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     # negative where the force pushes
     ratio = numpy.copysign(push / force[2], -power)
     friction = _friction(ratio[kept], speed[kept])
-    if 2 * int(resolved.sum()) >= len(resolved):
-        return Residual(values, float(bound[resolved].max()), friction)
-    share = numpy.where(seen, bound / limit, numpy.inf)
+    unseen = len(resolved) - int(resolved.sum())
+    said = [friction, f"{unseen} of {len(resolved)} rows not resolved" if unseen else ""]
+    if 2 * unseen <= len(resolved):
+        return Residual(values, float(bound[resolved].max()), "; ".join(filter(None, said)))
+    with numpy.errstate(divide="ignore"):  # the limit may be 0
+        share = numpy.where(seen & (bound > 0), bound / limit, numpy.where(seen, 0.0, numpy.inf))
     wide = sufficient_spacing(body, rows, numpy.maximum(share[1:], share[:-1]))
-    note = (
-        f"{1 - resolved.mean():.0%} of the rows not resolved; rows {wide:g} s apart would suffice"
-    )
-    return Residual(values, math.inf, "; ".join(filter(None, (friction, note))))
+    said.append(f"rows {wide:g} s apart would suffice")
+    return Residual(values, math.inf, "; ".join(filter(None, said)))
 
 
 def _friction(ratio: Array, speed: Array) -> str:

@@ -32,6 +32,7 @@ from tt_precise.check.movement import (
     motion_as_given,
     movement_of,
     sufficient_spacing,
+    too_few,
 )
 from tt_precise.check.result import Residual
 from tt_precise.check.worlds import QUATERNION
@@ -195,8 +196,7 @@ def look(samples: Samples, names: Sequence[str], limit: float) -> Sight:
     movement, found = seen(samples)
     values, visited = numpy.zeros(len(samples.t)), movement.visited
     if not found:
-        few = f"{len(visited)} rows, expected at least {FEWEST_ROWS}"
-        return Sight(values, math.inf, few, "", numpy.zeros(3))
+        return Sight(values, math.inf, too_few(len(visited)), "", numpy.zeros(3))
     parts = {name: _excess(found[name], name == "torque") for name in names}
     values[visited[1:]] = numpy.maximum.reduce(list(parts.values()))
     if len(visited) < len(values):
@@ -314,11 +314,12 @@ def kinematics(samples: Samples, limit: float) -> Residual:
             values = numpy.maximum(values, height)
     lacking = [name for name in ("spin",) if name not in looked]
     lacking += [name for name in "xyz" if name not in samples.given]
-    text = "checked " + ", ".join(looked)
+    text = "checked " + (", ".join(looked) or "nothing")
     if lacking:
         text += f", not at {', '.join(lacking)} (columns missing)"
     fails = f"{wrong} does not follow" if values.max() > limit else ""
-    return _residual(sight._replace(values=values), limit, fails, text)
+    coarse = f"detects {sight.bound:.0e}" if limit < sight.bound < math.inf else ""
+    return _residual(sight._replace(values=values), fails, text, coarse)
 
 
 def _distance_from_table(samples: Samples) -> Array:
@@ -344,7 +345,7 @@ def contact_momentum(samples: Samples, limit: float) -> Residual:
         x, y, z = sight.drift
         if math.hypot(x, y) < ABOUT_VERTICAL * abs(z):
             said = "what is left is about the vertical, as torsional friction is"
-    return _residual(sight, limit, said, soft(float(depth_of(samples).max())))
+    return _residual(sight, said, soft(float(depth_of(samples).max())))
 
 
 def soft(depth: float) -> str:
@@ -353,7 +354,8 @@ def soft(depth: float) -> str:
     return said if depth > LEAST_DEPTH else ""
 
 
-def _residual(sight: Sight, limit: float, *said: str) -> Residual:
-    """The bound is infinite if too much is not resolved, otherwise at most the limit."""
-    bound = math.inf if sight.open else min(sight.bound, limit)
-    return Residual(sight.values, bound, "; ".join(filter(None, (*said, sight.open))))
+def _residual(sight: Sight, *said: str) -> Residual:
+    """Rows of which enough is resolved decide; what they show may be above the limit."""
+    if sight.open:
+        return Residual(sight.values, math.inf, "; ".join(filter(None, (*said, sight.open))))
+    return Residual(sight.values, sight.bound, "; ".join(filter(None, said)), decided=True)

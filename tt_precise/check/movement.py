@@ -213,14 +213,25 @@ def rates_with_errors(
 
 
 def visited(body: Parameters, rows: RigidMotion) -> Array:
-    """Return indices of rows between which the top turns by ``DENSE``, or of all rows."""
+    """Return indices of rows between which the top turns by ``DENSE``.
+
+    All rows are visited if they are farther apart, or if the top turns by less altogether than
+    shows anything.
+    """
     count = len(rows.t)
     turned = rotation_angles(body, rows) if count > 1 else numpy.zeros(0)
     if not float(turned.sum()) < DENSE * (count - 1):
         return numpy.arange(count)
     cell = numpy.floor(numpy.concatenate(([0.0], numpy.cumsum(turned))) / DENSE)
     found = numpy.flatnonzero(numpy.diff(cell, prepend=-1.0))
+    if len(found) < FEWEST_ROWS:
+        return numpy.arange(count)
     return found if found[-1] == count - 1 else numpy.append(found, count - 1)
+
+
+def too_few(count: int) -> str:
+    """Say that ``count`` rows are too few for rates."""
+    return f"{count} rows, expected at least {FEWEST_ROWS}"
 
 
 def sufficient_spacing(body: Parameters, rows: RigidMotion, share: Array) -> float:

@@ -128,8 +128,9 @@ class Residual(NamedTuple):
     """The values of a check at the rows, to be compared with the check's limit.
 
     The error bound of each value is already subtracted. ``bound`` is the largest error that would
-    go unnoticed; ``open`` is the reason why the rows do not decide, "" if they decide. ``t`` are
-    the times (s) of the values, None for one value per row.
+    go unnoticed; ``open`` is the reason why the rows do not decide, "" if they decide, which they
+    do if ``bound`` is at most the limit, or ``decided``. ``t`` are the times (s) of the values,
+    None for one value per row.
     """
 
     values: Array
@@ -137,6 +138,7 @@ class Residual(NamedTuple):
     note: str = ""
     open: str = ""
     t: Array | None = None
+    decided: bool = False
 
 
 def check_of_rows(
@@ -155,7 +157,7 @@ def check_of_rows(
     if beyond.any():
         verdict, since = "fail", float(t[int(numpy.argmax(beyond))])
         note = note if math.isfinite(value) else "not finite there"
-    elif seen.open or (sense == "at most" and seen.bound > limit):
+    elif seen.open or (sense == "at most" and seen.bound > limit and not seen.decided):
         verdict, note = "open", seen.open or f"rows too far apart; {note}"
     shown = thinned(t, badness)
     return Check(
