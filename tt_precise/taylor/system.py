@@ -84,12 +84,10 @@ class System:
         until: float,
         tolerance: float,
         longest: float = math.inf,
-        first: float | None = None,
     ) -> Iterator[StepBlock]:
         """Taylor steps from time 0 to ``until``, or to a step with NaN.
 
-        No step is longer than ``longest``; the ``first`` one has a bound of its own if it is
-        given, and is a piece of its own then. The last one may end later than ``until``.
+        No step is longer than ``longest``. The last one may end later than ``until``.
         """
         kernel, order, limbs = self.kernel, order_of(tolerance), self.limbs
         row, constants = initial
@@ -98,21 +96,18 @@ class System:
         time = numpy.array([FIRST_UNIT, 0.0, 0.0, 0.0])
         longest = min(longest, until)
         while True:
-            steps = STEPS_IN_BLOCK if first is None else 1
-            plane = (steps + 1) * (order + 2) * kernel.columns
+            plane = (STEPS_IN_BLOCK + 1) * (order + 2) * kernel.columns
             data = aligned(limbs * plane)
             for limb in range(limbs):
                 data[limb * plane :][: row.shape[1]] = row[limb]
-            times = numpy.zeros((steps + 1, TIMES))
+            times = numpy.zeros((STEPS_IN_BLOCK + 1, TIMES))
             times[0, :4] = time
             taken = self.machine.run(
-                data.ctypes.data, plane, steps, orders.ctypes.data, constants.ctypes.data,
-                tolerance, min(first or longest, longest), until, times.ctypes.data,
-                work.ctypes.data,
+                data.ctypes.data, plane, STEPS_IN_BLOCK, orders.ctypes.data, constants.ctypes.data,
+                tolerance, longest, until, times.ctypes.data, work.ctypes.data,
             )  # fmt: skip
-            piece = StepBlock(
-                self, orders, data.reshape(limbs, steps + 1, order + 2, -1), times, taken
-            )
+            steps = data.reshape(limbs, STEPS_IN_BLOCK + 1, order + 2, -1)
+            piece = StepBlock(self, orders, steps, times, taken)
             if piece.good < taken and times[piece.good, 0] > LEAST_UNIT:
                 # its terms may only be too large for this unit of time
                 taken, shorter = piece.good, LESS
@@ -122,8 +117,6 @@ class System:
             if taken:
                 yield piece
                 time, row = times[taken, :4], piece.end_row
-                if first is not None:
-                    time[0], first = FIRST_UNIT, None  # a cut step says nothing of the next
             time[0] *= shorter
             if piece.good < taken or not piece.end_time[0] < until:
                 return
