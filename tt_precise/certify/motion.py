@@ -23,7 +23,6 @@ from tt_precise.certify.problem import EventKind, Problem, ProblemPhase
 from tt_precise.certify.propose import Proposer
 from tt_precise.certify.start import Function
 from tt_precise.certify.zeros import StepZeros
-from tt_precise.runtime.terminal import Progress, silent
 
 ORDER = 70  # Taylor order; 90 to 100 are some 15 % faster, and the models wider.
 DOUBLE_ERROR = 2.0**-52  # Relative error of a double, doubled.
@@ -136,15 +135,13 @@ class _Interval(NamedTuple):
         return self._replace(b=middle), self._replace(a=middle)
 
 
-def enclose(
-    problem: Problem, bits: int, order: int = ORDER, *, progress: Progress = silent
-) -> Enclosure:
+def enclose(problem: Problem, bits: int, order: int = ORDER) -> Enclosure:
     """Enclose the motion of a problem, in the working precision of the moment.
 
     Raises ``NotProved``: a hypothesis, a sign or a zero could not be verified.
     """
     require_outward_rounding()
-    return _Walk(problem, bits, order).through(progress)
+    return _Walk(problem, bits, order).through()
 
 
 class _Walk:
@@ -171,7 +168,7 @@ class _Walk:
         self.proposer = Proposer(self.equations)
         self.entered = True
 
-    def through(self, progress: Progress) -> Enclosure:
+    def through(self) -> Enclosure:
         until = self.problem.until
         while self.end is None and not self.states.time > until:
             power, length = self.proposer.next(float(until - self.states.time))
@@ -186,7 +183,6 @@ class _Walk:
             self.states, self.entered, self.proposer.failures = step.after, False, 0
             if ended is not None:
                 self._switch(ended)
-            progress(min(1.0, float(self.states.time / until)))
         return Enclosure(self.problem, self.bits, self.steps, self.samples, self.events, self.end)
 
     def _happened(self, step: Step) -> EnclosedEvent | None:

@@ -23,7 +23,6 @@ from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import jellett
-from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import exact
@@ -188,7 +187,7 @@ class Proof:
         return bool(lambda_ < 0)
 
 
-def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) -> Proof:
+def prove(scene: str | Scene, bits: int = BITS) -> Proof:
     """Enclose the scene's exact solution until its horizon, or until contact is lost.
 
     Raises ``NotProved``: the solution could not be enclosed.
@@ -196,7 +195,7 @@ def prove(scene: str | Scene, bits: int = BITS, *, progress: Progress = silent) 
     scene = load_scene(scene)
     with flint.ctx.workprec(bits + GUARD):
         try:
-            return Proof(scene, bits, enclose(problem_of(scene), bits, progress=progress))
+            return Proof(scene, bits, enclose(problem_of(scene), bits))
         except NotProved as why:
             if scene.may_stick:
                 stuck = "where a contact sticks Coulomb's law has no derivative"
