@@ -236,23 +236,6 @@ class Established:
         """True if the inverted spin is proved to be the limit of the motion, for t -> infinity."""
         return bool(self.for_ever and self.for_ever["theta_tends_to"] == "pi")
 
-    @property
-    def span(self) -> str:
-        """The times, in words, for which ``g_n_positive`` and ``least_g_n`` hold."""
-        if self.record is None or self.for_ever is not None:
-            return "at all times t >= 0"
-        end = self.stored.trajectory.column("t")[-1] if self.stored else "0"
-        return f"at all times from 0 to {Decimal(end):.3g} s"
-
-    @property
-    def least_g_n(self) -> str:
-        """A proved lower bound of g_n in units of m g, rounded down; "0" if none is proved."""
-        bound, later = self._content["contact"].get("g_n_at_least_mg"), self.for_ever
-        if not bound:
-            return "0"
-        least = min(Decimal(bound), Decimal(later["g_n_at_least_mg"] if later else bound))
-        return f"{least:f}"
-
     def at(self, column: str, t: str) -> Interval | None:
         """A column at the sampled time ``t`` (s, as printed); None where nothing is proved."""
         if self.stored is None or t not in self._rows:
