@@ -408,8 +408,8 @@ class Trajectory(Hints):
     def suspect_events(self) -> tuple[str, ...]:
         """Events that may be incomplete, because their function rises, or falls, twice in a row.
 
-        A missed root breaks the alternation of directions; two missed roots in one step do not.
-        Minima and maxima of theta are tested together.
+        Changes of sign within a segment alternate. One that is lost where two segments join breaks
+        the alternation, two in one place do not. Minima and maxima of theta are tested together.
         """
         happened = zip(self.events["name"], self.events["direction"], strict=True)
         return not_alternating(happened, self.setup.watched)
