@@ -9,7 +9,8 @@ import pytest
 import tt_precise as tt
 from tests.conftest import Patch
 from tt_precise.integration.steps import Steps
-from tt_precise.integration.zeros import ROUNDINGS, Zeros
+from tt_precise.integration.zeros import Zeros
+from tt_precise.runtime.values import Array
 from tt_precise.scene.scene import Scene
 
 # Relative to the largest component: the series in double, and the wide reading of a step.
@@ -54,24 +55,52 @@ def test_series_and_wide_rows_are_the_solution(
     assert apart(late, [wide.back(row[0]) for row in rows]) > WIDE[precision]
 
 
-def test_a_component_has_the_roundings_that_are_claimed(monkeypatch: Patch) -> None:
-    """One is that of the coefficients. A sum from the largest term on, the control, has more."""
+def steps_of(scene: str, until: str, monkeypatch: Patch) -> Steps:
+    """The steps of a run in double."""
     found: list[Steps] = []
     monkeypatch.setattr(Zeros, "search", lambda self, steps: found.append(steps))
-    tt.integrate("below-threshold", until="0.3", events=("theta_max",))
+    tt.integrate(scene, until=until, events=("theta_max",))
     (steps,) = found
-    end = numpy.ones(1)
-    sampled, every = steps.sampled(end), numpy.arange(len(steps))
-    inside = steps.inside(every, numpy.ones(len(steps)))
-    powers = numpy.vander(steps.span, steps.series.shape[2], increasing=True)
-    forward = numpy.einsum("sct,st->cs", steps.series, powers)
+    return steps
+
+
+def lost(steps: Steps, position: float, values: Array) -> Array:
+    """What rounding has lost of components at a position in every step, in roundings."""
     with mpmath.workprec(200):
         exact = [
-            [mpmath.polyval(list(map(mpmath.mpf, terms[::-1])), mpmath.mpf(span)) for terms in step]
-            for step, span in zip(steps.series.tolist(), steps.span.tolist(), strict=True)
+            [mpmath.polyval(list(map(mpmath.mpf, terms[::-1])), span) for terms in step]
+            for step, span in zip(
+                steps.series.tolist(), [mpmath.mpf(x) * position for x in steps.span], strict=True
+            )
         ]
-        lost = [
-            numpy.array((numpy.array(exact).T - values).astype(float)) / sampled.size
-            for values in (inside, sampled.row[:, 0], forward)
-        ]
-    assert [bool((abs(x) <= (ROUNDINGS - 1) * 2.0**-53).all()) for x in lost] == [True, True, False]
+        apart = (numpy.array(exact).T - values).astype(float)
+    return abs(apart) * 2.0**53
+
+
+def test_sums_from_the_smallest_term_on_lose_less(monkeypatch: Patch) -> None:
+    """A sum from the largest term on, the control, loses more than four roundings of it."""
+    steps = steps_of("below-threshold", "0.3", monkeypatch)
+    sampled = steps.sampled(numpy.ones(1))
+    inside = steps.inside(numpy.arange(len(steps)), numpy.ones(len(steps)))
+    powers = numpy.vander(steps.span, steps.series.shape[2], increasing=True)
+    forward = numpy.einsum("sct,st->cs", steps.series, powers)
+    found = [lost(steps, 1.0, x) for x in (inside, sampled.row[:, 0], forward)]
+    assert [bool((x <= 4 * sampled.size).all()) for x in found] == [True, True, False]
+
+
+@pytest.mark.parametrize(
+    ("scene", "until"), [("below-threshold", "0.1"), ("regularised-1e-4", "0.01")]
+)
+def test_a_component_has_at_most_the_roundings_that_are_claimed(
+    scene: str, until: str, monkeypatch: Patch
+) -> None:
+    """The control: a fifth of them is too few."""
+    steps, most = steps_of(scene, until, monkeypatch), numpy.zeros(2)
+    for position in (0.5, 0.9, 1.0):
+        sampled = steps.sampled(numpy.array([position]))
+        inside = steps.inside(numpy.arange(len(steps)), numpy.full(len(steps), position))
+        for kind, values in enumerate((inside, sampled.row[:, 0])):
+            found = lost(steps, position, values)
+            assert (found <= sampled.lost).all()
+            most[kind] = max(most[kind], (found[:, 1:] / sampled.lost[:, 1:]).max())
+    assert (most > 0.2).all()

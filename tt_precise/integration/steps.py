@@ -49,12 +49,14 @@ class Sampled(NamedTuple):
     """Components at the same positions in all steps, and the sizes of their series.
 
     ``row`` has an array for each component, axes (position, step). ``size`` is the largest term of
-    a series, ``last`` are its last two, in absolute value: axes (component, step).
+    a series, ``last`` are its last two, in absolute value: axes (component, step). ``lost`` bounds
+    what rounding loses of a component inside a step, in roundings.
     """
 
     row: Array
     size: Array
     last: tuple[Array, Array]
+    lost: Array
 
 
 @dataclass(frozen=True)
@@ -85,14 +87,16 @@ class Steps:
         """Return the components at positions in every step."""
         steps, components, count = self.series.shape
         row = numpy.empty((components, len(positions), steps))
-        size, last, before = numpy.empty((3, components, steps))
+        size, last, before, lost = numpy.empty((4, components, steps))
         powers, span = powers_of(positions, count), powers_of(self.span, count).T
+        weights = roundings(count)
         for i in range(components):  # one at a time, whose terms stay in the cache
             terms = self.series[:, i, ::-1].T * span
             row[i] = powers @ terms
             terms = numpy.abs(terms, out=terms)
             size[i], last[i], before[i] = terms.max(axis=0), terms[0], terms[1]
-        return Sampled(row, size, (last, before))
+            lost[i] = weights @ terms
+        return Sampled(row, size, (last, before), lost)
 
     def inside(self, step: Array, position: Array) -> Array:
         """Return the components at a position, or a row of positions, in each given step."""
@@ -109,6 +113,15 @@ def powers_of(x: Array, count: int) -> Array:
     powers = numpy.ones((count, *x.shape))
     powers[1:] = x
     return numpy.moveaxis(numpy.multiply.accumulate(powers, axis=0, out=powers)[::-1], 0, -1)
+
+
+def roundings(count: int) -> Array:
+    """Return the roundings of the terms ``count`` - 1 to 0 of a sum that begins with the highest.
+
+    Of the term k: one of its coefficient, 2 k of the powers of two factors and the products with
+    these, and k + 1 of the sum.
+    """
+    return 3.0 * numpy.arange(count)[::-1] + 2
 
 
 def _rows_from(

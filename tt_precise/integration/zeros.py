@@ -46,9 +46,6 @@ from tt_precise.taylor.interpolation import (
 from tt_precise.taylor.series import Rounded, Sized, SizedFunctions, TaylorSeries
 
 ROUNDING = 2.0**-53  # Relative error of a rounding in double.
-# Roundings of a component, relative to its largest term: its own, and those of the sum of its terms
-# from the smallest on, at most 3.2 in six scenes.
-ROUNDINGS = 5
 # Ratio of successive terms of a series at the end of a step: with the order 1 - log(tolerance)/2
 # steps are e^-2 of the radius of convergence (Jorba and Zou 2005).
 OMITTED = math.exp(-2)
@@ -337,25 +334,24 @@ class Zeros:
         """Return errors of the functions at the ends of the steps: in the run, and in double.
 
         The size of a component in a step is its largest term. A step adds a rounding and the terms
-        that it omits. Where a component is small, the errors of the others are more: at least those
-        that its rate makes of them in one step.
+        that it omits, and a value has the roundings of its series. Where a component is small, the
+        errors of the others are more: at least those that its rate makes of them in one step.
         """
-        row, size, (last, before) = sampled
+        row, size, (last, before), rounded = sampled
         left = OMITTED * (last + OMITTED * before)
         rounding = 2.0**-self.setup.precision.bits
         if self._lost is None:
-            self._lost = numpy.full((len(size), 1), ROUNDINGS * rounding)
+            self._lost = numpy.zeros((len(size), 1))
         lost = self._lost + numpy.cumsum(numpy.where(size > 0, left / size, 0) + rounding, axis=1)
-        coupled = self._errors_of_rates(row[:, 0], size * lost / rounding) * rounding
-        coupled *= steps.length
-        self._lost = lost[:, -1:]
-        # rates are undefined where gliding begins
-        self._error = numpy.fmax(size * lost, coupled)[:, -1]
+        errors = size * lost + rounded * rounding
+        coupled = self._errors_of_rates(row[:, 0], errors / rounding) * rounding * steps.length
+        errors = numpy.fmax(errors, coupled)  # rates are undefined where gliding begins
+        self._lost, self._error = lost[:, -1:], errors[:, -1]
         ends = [*numpy.append(row[:, 0], row[:, -1, -1:], axis=1)]
-        size, lost, coupled = (numpy.append(x, x[:, -1:], axis=1) for x in (size, lost, coupled))
-        for x in (size, coupled):
+        errors, rounded = (numpy.append(x, x[:, -1:], axis=1) for x in (errors, rounded))
+        for x in (errors, rounded):
             x[:, 1:-1] = numpy.fmax(x[:, 1:-1], x[:, :-2])
-        return self._propagated(ends, size, numpy.fmax(size * lost, coupled))[::-1]
+        return self._propagated(ends, rounded, errors)[::-1]
 
     def _errors_of_rates(self, states: Array, errors: Array) -> Array:
         """Return the errors of the rates at ``states``, from their ``errors``, in roundings."""
@@ -366,13 +362,15 @@ class Zeros:
             of_rates[i] = getattr(rate, "size", 0.0)
         return of_rates
 
-    def _propagated(self, rows: Sequence[Array], size: Array, errors: Array) -> tuple[Array, Array]:
+    def _propagated(
+        self, rows: Sequence[Array], rounded: Array, errors: Array
+    ) -> tuple[Array, Array]:
         """Return the errors of the functions from errors of components: in double, and in the run.
 
-        ``rows`` are arrays of one axis; ``errors`` are those of the run.
+        ``rows`` are arrays of one axis; ``errors`` are those of the run, ``rounded`` the roundings
+        of a value in double.
         """
-        in_double = ROUNDINGS * ROUNDING
-        error = self._sizes(rows, numpy.maximum(errors, size * in_double) / ROUNDING) * ROUNDING
+        error = self._sizes(rows, numpy.maximum(errors / ROUNDING, rounded)) * ROUNDING
         if self.setup.precision.is_float:
             return error, error
         rounding = 2.0**-self.setup.precision.bits
