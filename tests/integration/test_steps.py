@@ -65,7 +65,7 @@ def steps_of(scene: str, until: str, monkeypatch: Patch) -> Steps:
 
 
 def lost(steps: Steps, position: float, values: Array) -> Array:
-    """What rounding has lost of components at a position in every step, in roundings."""
+    """The errors of components at a position in every step, in roundings."""
     with mpmath.workprec(200):
         exact = [
             [mpmath.polyval(list(map(mpmath.mpf, terms[::-1])), span) for terms in step]
@@ -104,3 +104,18 @@ def test_a_component_has_at_most_the_roundings_that_are_claimed(
             assert (found <= sampled.lost).all()
             most[kind] = max(most[kind], (found[:, 1:] / sampled.lost[:, 1:]).max())
     assert (most > 0.2).all()
+
+
+@pytest.mark.parametrize("precision", ["double", "quad"])
+def test_a_function_has_the_roundings_of_its_components(precision: str, monkeypatch: Patch) -> None:
+    """A thousand times as many are most of the error in the first step."""
+    found: list[tuple[Zeros, Steps]] = []
+    monkeypatch.setattr(Zeros, "search", lambda self, steps: found.append((self, steps)))
+    run = tt.integrate("reference", precision, until="0.02", events=("zero:E_pot",))
+    ((zeros, steps),) = found
+    sampled = steps.sampled(numpy.array([0.0, 1.0]))
+    sampled = sampled._replace(lost=1000 * sampled.lost)
+    error, doubt = (x[0, 0] for x in zeros._errors(steps, sampled))
+    expected = float(run.scene.body.alpha) * sampled.lost[2, 0]  # E_pot is 1 - alpha kz
+    assert error * 2.0**run.precision.bits == pytest.approx(expected, rel=0.02)
+    assert doubt * 2.0**53 == pytest.approx(expected, rel=0.02)
