@@ -210,6 +210,12 @@ def test_arrays_in_memory_are_an_engines_state_too(
     assert named["jellett"].value == found["jellett"].value
 
 
+def test_columns_x_y_z_are_the_position(pose: pd.DataFrame, scene: Scene, saved: Saved) -> None:
+    position = {name: pose[name].to_numpy() for name in ("x", "y", "z")}
+    found = rows_of(saved("bullet", lambda arrays: arrays.update(position)), "bullet", scene)
+    assert all((found[name] == position[name]).all() for name in position)
+
+
 @pytest.mark.evidence
 def test_the_position_may_be_x_y_z(pose: pd.DataFrame, scene: Scene) -> None:
     arrays: Columns = {**written(pose, scene, "bullet")}

@@ -13,7 +13,7 @@ from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
 from tests.conftest import more
 from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
-from tt_precise.check.equations import FEW, FEW_STEPS, Differences, differences
+from tt_precise.check.equations import FEW, FEW_STEPS, Differences, _added_up, differences
 from tt_precise.check.flow import MOST_STEPS, flow
 from tt_precise.check.sources import open_source
 
@@ -56,6 +56,16 @@ def test_dense_rows_are_all_looked_at(healthy: Healthy) -> None:
     # the same at every spacing
     coarse = drift.iloc[::400].reset_index(drop=True)
     assert check(coarse, "reference")["equations"].value == pytest.approx(seen, rel=0.15)
+
+
+def test_the_spacing_that_would_do_is_the_shortest_that_was_reached() -> None:
+    bound, reached = numpy.array([1e-12, 1.0, 1.0, 1e-12]), numpy.array([1.0, 0.58, 0.73, 1.0])
+    none = numpy.zeros((1, 4))
+    found = Differences(none, none, none[0], bound, reached, none[0])
+    note = _added_up(none, found, 1e-6).note
+    assert note.endswith("; 2 of 4 intervals too wide; rows 0.5 s apart would suffice")
+    nothing = found._replace(reached=numpy.zeros(4))
+    assert _added_up(none, nothing, 1e-6).note.endswith("intervals too wide")
 
 
 @without_causes

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy
@@ -17,7 +18,7 @@ from tests.conftest import Patch
 from tests.golden.conftest import Small, rehash, shortened
 from tests.golden.tables import edit_cell, edit_json, other_digit
 from tt_precise.golden import build, store, verifying
-from tt_precise.golden.building import derive
+from tt_precise.golden.building import CONSTANT_TO, Constancy, derive
 from tt_precise.golden.runs import GoldenRun, Task, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
@@ -30,8 +31,10 @@ from tt_precise.golden.verifying import (
     judge,
     verify,
 )
+from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import parse_scene
+from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import load_scene, parse_scene
 
 
 @pytest.fixture(scope="module")
@@ -169,6 +172,29 @@ def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -
     rehash(small.folder / small.scene.name)
     assert "trajectory.csv: jellett is constant to" in problems(small)
     assert "worst in line 4" in problems(small)
+
+
+@pytest.mark.parametrize(
+    ("phi_dot", "omega_3", "digits"), [("0", "155", 0), ("5", "17", 1), ("4", "17", 2)]
+)
+def test_digits_that_cancel_in_lambda_are_those_of_its_terms(
+    phi_dot: str, omega_3: str, digits: int
+) -> None:
+    """By hand: I1 phi_dot sin^2 is 1.490 for 4 rad/s, I3 omega_3 (alpha - cos) 1.559 for 17."""
+    scene = load_scene("reference").varied(theta="1.5", phi_dot=phi_dot, omega_3=omega_3)
+    start = InitialState.in_si(scene, precision_named("double").arithmetic).vectors
+    rows = Table.of_columns({name: [str(x)] for name, x in start._asdict().items()})
+    stored: Any = SimpleNamespace(trajectory=rows, scene=scene)
+    assert verifying._cancelled(stored) == digits
+
+
+def test_a_small_lambda_may_lack_the_digits_that_cancel(small: Small, monkeypatch: Patch) -> None:
+    short = [Constancy(name, CONSTANT_TO - 2, 0) for name in ("jellett", "energy")]
+    monkeypatch.setattr(verifying, "constancies", lambda *_: short)
+    monkeypatch.setattr(verifying, "_cancelled", lambda _: 2)
+    found = problems(small)
+    assert "energy is constant to" in found
+    assert "jellett" not in found
 
 
 @pytest.mark.evidence

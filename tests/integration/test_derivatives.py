@@ -3,6 +3,7 @@
 import pickle
 from fractions import Fraction
 from operator import attrgetter
+from typing import Any
 
 import numpy
 import pytest
@@ -79,29 +80,34 @@ def test_an_entry_at_an_end_has_a_derivative(name: str, entry: str, inside: str 
     assert numpy.isnan(found[f"d theta_dot/d {entry}"]) == (entry == "theta")
 
 
-@pytest.mark.evidence
-def test_a_spread_is_the_derivative_times_sigma() -> None:
-    run = integrate("kicked", until=4, sensitivity=("theta", "mu"))
+@pytest.mark.parametrize(("until", "row"), [("0.01", "g_n"), more(4, "equator")])
+def test_a_spread_is_the_derivative_times_sigma(until: Any, row: str) -> None:
+    run = integrate("kicked", until=until, sensitivity=("theta", "mu"))
     assert run.sensitivity is not None
-    last, climb = run.sensitivity.frame("g_n").iloc[-1], run.sensitivity.climb.loc["equator"]
-    alone = run.sensitivity.spread({"mu": 3e-6}, "g_n")
+    spread = run.sensitivity.spread
+    last, climb = run.sensitivity.frame("g_n").iloc[-1], run.sensitivity.climb
+    alone = spread({"mu": 3e-6}, "g_n")
     assert alone.loc["g_n", "value"] == run.frame("g_n").g_n.iloc[-1]
     assert alone.loc["g_n", "sigma"] == pytest.approx(3e-6 * abs(last["d g_n/d mu"]))
-    both = run.sensitivity.spread({"theta": 2e-7, "mu": 3e-6}).loc["equator"]
-    assert both["value"] == climb["t"]
-    in_degrees = run.sensitivity.spread({"theta": f"{float(numpy.degrees(2e-7))} deg", "mu": 3e-6})
-    assert in_degrees.loc["equator", "sigma"] == pytest.approx(both["sigma"], rel=1e-12)
-    in_percent = run.sensitivity.spread({"theta": 2e-7, "mu": "0.001%"}).loc["equator", "sigma"]
+    if row == "equator":
+        slopes = [climb.loc[row, f"d/d {name}"] for name in ("theta", "mu")]
+    else:
+        slopes = [last[f"d g_n/d {name}"] for name in ("theta", "mu")]
+    both = spread({"theta": 2e-7, "mu": 3e-6}, "g_n").loc[row]
+    assert row != "equator" or both["value"] == climb.loc[row, "t"]
+    in_degrees = spread({"theta": f"{float(numpy.degrees(2e-7))} deg", "mu": 3e-6}, "g_n")
+    assert in_degrees.loc[row, "sigma"] == pytest.approx(both["sigma"], rel=1e-12)
+    in_percent = spread({"theta": 2e-7, "mu": "0.001%"}, "g_n").loc[row, "sigma"]
     assert in_percent == pytest.approx(both["sigma"], rel=1e-12)  # mu is 0.3
-    by_both = numpy.hypot(2e-7 * climb["d/d theta"], 3e-6 * climb["d/d mu"])
-    assert both["sigma"] == pytest.approx(by_both)
-    assert (run.sensitivity.spread({})["sigma"] == 0).all()
+    assert both["sigma"] == pytest.approx(numpy.hypot(2e-7 * slopes[0], 3e-6 * slopes[1]))
+    exact = spread({})["sigma"]
+    assert (exact if row == "equator" else exact.drop("equator")).eq(0).all()
     for wrong in ({"I1": 0.1}, {"mu": -0.1}):
         with pytest.raises(InputError, match="expected sigmas of any of: theta, mu"):
-            run.sensitivity.spread(wrong)
+            spread(wrong)
     for number in (numpy.nan, "five %", "5 % of it"):
         with pytest.raises(InputError, match=r"spread: mu: got .*, expected an exact number"):
-            run.sensitivity.spread({"mu": number})
+            spread({"mu": number})
 
 
 @pytest.mark.parametrize(
@@ -152,6 +158,24 @@ def test_a_range_is_linear_within_the_error_of_the_slope(error: float, linear: b
     effect = _Effect("mu", {"equator": (1 - off, error)}, ({"equator": -1}, {"equator": 1}), ())
     note = "" if linear else "not linear in mu"
     assert _combined("equator", [effect]) == (1.0, 1.0, linear, note)
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "ends", "linear", "note"),
+    [
+        ({}, {"equator": 1.0}, (numpy.nan, 1), False, "none before the run ends, at mu - sigma"),
+        ({"equator": -1.0}, {}, (1, numpy.nan), False, "none before the run ends, at mu + sigma"),
+        (None, {"equator": 1.0}, (0, 1), True, "no scene at mu - sigma"),
+        ({"equator": -1.0}, None, (1, 0), True, "no scene at mu + sigma"),
+    ],
+)
+def test_a_side_without_a_run_or_a_value_is_named(
+    below: Any, above: Any, ends: tuple[float, float], linear: bool, note: str
+) -> None:
+    effect = _Effect("mu", {"equator": (1.0, 0.0)}, (below, above), ())
+    *found, straight, said = _combined("equator", [effect])
+    assert found == pytest.approx(ends, nan_ok=True)
+    assert (straight, said) == (linear, note)
 
 
 def test_an_entry_without_an_effect_has_no_range() -> None:

@@ -14,6 +14,7 @@ import pandas
 import pytest
 
 from benchmarks.engines import DESCRIBED, ENGINES
+from tests.conftest import more
 from tests.report.conftest import drawn, tables
 from tt_precise.engines.ladder import STEP_SIZES, ladder_tests
 from tt_precise.engines.results import LadderResult, document
@@ -25,7 +26,7 @@ from tt_precise.runtime.values import InputError
 from tt_precise.tradeoff.findings import GROWTH, TABLE
 
 
-def measure(folder: Path) -> None:
+def measure(folder: Path, settings: int = 7) -> None:
     rows = [
         {
             "scene": "reference",
@@ -47,7 +48,7 @@ def measure(folder: Path) -> None:
         }
         for method, slow in (("heyoka", 1e-3), ("diffrax Dopri8", 2.5e-2))
         for form in ("newton", "euler")
-        for n in range(1, 8)
+        for n in range(1, settings + 1)
     ]
     pandas.DataFrame(rows).to_csv(folder / TABLE, index=False)
     draw = numpy.random.default_rng(1)
@@ -95,12 +96,21 @@ def test_a_table_of_something_else_is_refused_by_name(
     for other in {DROPPED, FAULTS} - {name} if name in (DROPPED, FAULTS) else ():
         (tmp_path / other).write_text((MEASURED / other).read_text())
     (tmp_path / name).write_text(content)
-    with pytest.raises(InputError, match=r"\.csv: not of its form .*; expected what"):
+    with pytest.raises(InputError, match=rf"{name}\b.*: not of its form .*; expected what"):
         [make(tmp_path) for make in sections]
 
 
-@pytest.mark.evidence
-def test_findings_and_figures_are_computed_from_the_table(tmp_path: Path) -> None:
+TRADEOFF = ["work-precision", "work-and-digits", "hidden-by-conservation", "growth-of-errors"]
+
+
+@pytest.mark.parametrize("drawing", [False, more(True)], ids=["named", "drawn"])
+def test_findings_and_figures_are_computed_from_the_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawing: bool
+) -> None:
+    for name in () if drawing else TRADEOFF:
+        figure = Figure(name, "caption", "<svg><path/></svg>", "alt")
+        function = name.replace("-", "_")
+        monkeypatch.setattr(measured, function, lambda *_, figure=figure: figure)
     measure(tmp_path)
     section = measured.tradeoff(tmp_path)
     assert section.results["any peer at 1e-09, newton"] == {"value": "25"}
@@ -108,12 +118,14 @@ def test_findings_and_figures_are_computed_from_the_table(tmp_path: Path) -> Non
     costs, _, found = tables(section)
     assert costs.rows[0] == ("heyoka", "2.8", "8", "23", "64")
     assert ("any peer at 1e-09, newton", "25 times") in {row[:2] for row in found.rows}
-    assert drawn(section) == [
-        "work-precision",
-        "work-and-digits",
-        "hidden-by-conservation",
-        "growth-of-errors",
-    ]
+    assert drawn(section) == TRADEOFF
+
+
+def test_an_accuracy_that_no_method_reaches_keeps_its_column(tmp_path: Path) -> None:
+    measure(tmp_path, settings=4)
+    table = measured._costs_table(pandas.read_csv(tmp_path / TABLE), "newton", "Newton form")
+    assert table.header == ("method", *(f"ms to 1e-{n:02}" for n in (3, 6, 9, 12)))
+    assert table.rows[0] == ("heyoka", "2.8", "8", "-", "-")
 
 
 CASE: dict[str, Any] = {

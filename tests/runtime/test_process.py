@@ -40,6 +40,36 @@ def test_linear_algebra_of_a_command_has_one_thread_unless_more_are_wanted() -> 
     assert said(unset, two, OURS, threads) == [str(min(2, cores))]
 
 
+KEPT = """
+class llvm_state:
+    def set_diskcache_limit(size): {limit}
+    def set_diskcache_enabled(enabled): print("enabled", enabled)
+"""
+
+
+@pytest.mark.parametrize(
+    ("lines", "limit", "words"),
+    [
+        ((OURS,), "print(size)", [str(64 * 2**20), "{home}/tt-precise/compiled"]),
+        ((OURS,), "raise RuntimeError", ["enabled", "False", "{home}/tt-precise/compiled"]),
+        (("os.environ['HEYOKA_CACHE_DIR'] = '/tmp'", OURS), "print(size)", ["/tmp"]),
+        ((), "print(size)", ["None"]),  # a library touches neither the place nor the limit
+    ],
+    ids=["ours", "full disk", "chosen", "library"],
+)
+def test_the_folder_of_compiled_code_has_a_place_and_a_limit(
+    tmp_path: Path, lines: tuple[str, ...], limit: str, words: list[str]
+) -> None:
+    """Of a heyoka that says what it is told."""
+    (tmp_path / "heyoka.py").write_text(KEPT.format(limit=limit))
+    home = f"os.environ['XDG_CACHE_HOME'] = {str(tmp_path)!r}"
+    begin = ("import os", "os.environ.pop('HEYOKA_CACHE_DIR', None)", home)
+    found = f"sys.path.insert(0, {str(tmp_path)!r})", "process.import_heyoka()"
+    place = "print(os.environ.get('HEYOKA_CACHE_DIR'))"
+    printed = said(*begin, *lines, "import sys", *found, place)
+    assert printed == [word.format(home=tmp_path) for word in words]
+
+
 @pytest.mark.evidence
 def test_commands_keep_what_they_compile_in_a_small_folder_of_their_own(tmp_path: Path) -> None:
     shown = "from heyoka import llvm_state as kept; print(kept.get_diskcache_path())"

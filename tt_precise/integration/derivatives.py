@@ -289,7 +289,7 @@ def _combined(key: str, effects: Sequence[_Effect]) -> tuple[float, float, bool,
     """Return how far a range goes down and up, whether it is linear, and the note on its ends."""
     ends = [effect.range(key) for effect in effects]
     low, high = (math.hypot(*(end[side] for end in ends)) for side in (0, 1))
-    size = max(low, high)
+    size = max(math.hypot(*(e[side] for e in ends if not math.isnan(e[side]))) for side in (0, 1))
     bent: list[str] = []
     moved: list[str] = []
     missing: list[str] = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
 
@@ -24,7 +24,15 @@ from tt_precise.report.prose import short
 from tt_precise.runtime import records
 from tt_precise.runtime.records import of_its_form
 from tt_precise.runtime.values import Json
-from tt_precise.tradeoff.findings import ACCURACIES, TABLE, costs, findings, load
+from tt_precise.tradeoff.findings import (
+    ACCURACIES,
+    ESTIMATES,
+    GROWTH,
+    TABLE,
+    costs,
+    findings,
+    load,
+)
 
 EXTREMES, ENGINES = "extremes.json", "engines.json"
 FAULTS, DROPPED = "fault-amounts.csv", "dropped-terms.csv"
@@ -35,9 +43,9 @@ Content = tuple[list[Block], Mapping[str, Json]]  # of a section: blocks and res
 
 
 def measured_by(
-    command: str, key: str, title: str, *files: str
+    command: str, key: str, title: str, *files: str, also: Sequence[str] = ()
 ) -> Callable[[Callable[[Path], Content]], Callable[[Path], Section]]:
-    """Make a section of a function that reads the ``files`` of a folder.
+    """Make a section of a function that reads the ``files`` of a folder, and ``also`` if there.
 
     Without the files the section has the ``command`` that writes them.
     """
@@ -47,7 +55,8 @@ def measured_by(
         def make(folder: Path) -> Section:
             if not all((folder / name).is_file() for name in files):
                 return Section(key, title, [Text(f"Not measured yet: `{command}`.")])
-            with of_its_form(folder / files[0], f"what `{command}` writes"):
+            there = [name for name in (*files, *also) if (folder / name).is_file()]
+            with of_its_form(folder / ", ".join(there), f"what `{command}` writes"):
                 blocks, results = read(folder)
             by_whom = f"Measured by `{command}`, not by the run that wrote this report."
             return Section(key, title, [*blocks, Text(by_whom)], results)
@@ -57,7 +66,10 @@ def measured_by(
     return decorate
 
 
-@measured_by("python -m benchmarks.work_precision", "tradeoff", "Speed against accuracy", TABLE)
+@measured_by(
+    "python -m benchmarks.work_precision", "tradeoff", "Speed against accuracy", TABLE,
+    also=(GROWTH, ESTIMATES),
+)  # fmt: skip
 def tradeoff(folder: Path) -> Content:
     """The findings of the tables, and their diagrams."""
     tables = load(folder)
@@ -97,7 +109,7 @@ def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTa
     return PageTable.of(
         [
             {"method": method}
-            | {f"ms to {a:.0e}": short(1e3 * prices[a]) for a in ACCURACIES if a in prices}
+            | {f"ms to {a:.0e}": short(1e3 * prices[a]) if a in prices else "-" for a in ACCURACIES}
             for method, prices in wanted
             if prices
         ],
