@@ -152,6 +152,46 @@ def test_zeros_of_a_component_that_is_tiny_beside_another() -> None:
         assert step.tube[2].p(step.length).contains(0)
 
 
+def thrown(above: Callable[[Any], Any]) -> Problem:
+    """A mass on a damped table, y'' = -(y + y'/2), that lets it go; then y'' = -1/4 until y = 0.
+
+    The table would pull again where y + y'/2 falls to zero, while the mass is still ``above`` it.
+    """
+
+    def pull(y: Any) -> Any:
+        return y[0] + y[1] / 2
+
+    def state(y: Any) -> Any:
+        return y
+
+    table = ProblemPhase("separation", lambda y: (y[1], -pull(y)), state, lambda y: -pull(y))
+    free = ProblemPhase(
+        "landing", lambda y: (y[1], y[0] * 0 - arb(1) / 4), state, lambda y: y[0],
+        positive=False, excluded=(pull, above),
+    )  # fmt: skip
+    onset = SimpleNamespace(order=lambda function: 0)
+    return Problem((table, free), [arb(-1), arb(0)], arb(7), onset)
+
+
+def test_phases_follow_each_other_by_turns() -> None:
+    found = enclose(thrown(lambda y: y[0]), BITS, 40)
+    root = arb(15).sqrt()
+    gone = 4 * root.atan() / root
+    speed = (-gone / 4).exp()  # at the separation; the height is minus half of it
+    back = gone + 4 * (speed + (speed * speed - speed / 4).sqrt())
+    for name, time in (("separation", gone), ("landing", back)):
+        (event,) = found.events[name]
+        assert event.time.overlaps(time)
+        assert event.time.rad() < 1e-25
+    assert found.end is None
+    assert [one.phase.ends for one in found.steps][:: len(found.steps) - 1] == ["separation"] * 2
+
+
+def test_a_table_that_would_push_below_itself_is_not_enclosed() -> None:
+    with pytest.raises(NotProved, match="may end otherwise"):
+        enclose(thrown(lambda y: -y[0]), BITS, 40)
+
+
 def test_a_solution_that_blows_up_is_not_enclosed() -> None:
     # y' = y^2 with a division, as in g_n: y = 1/(1 - t) has no value at t = 1
     def rates(y: Any) -> Sequence[Any]:

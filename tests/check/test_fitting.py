@@ -10,9 +10,20 @@ import tt_precise as tt
 from tests.check.conftest import VECTORS, Engine, Healthy
 from tests.check.test_explain import causes
 from tests.conftest import more
+from tt_precise.check.columns import COLUMN_SETS, CheckSetup
 from tt_precise.check.conventions import LIMITS, Fit, Given, fit
-from tt_precise.check.fitting import Fitted, number
-from tt_precise.check.force_free_flow import NO_TERMS
+from tt_precise.check.explain import given_of
+from tt_precise.check.fitting import NUMBERS as FITTED
+from tt_precise.check.fitting import (
+    Fitted,
+    TrialMotion,
+    fitted,
+    law_of,
+    number,
+    residuals_of,
+)
+from tt_precise.check.force_free_flow import NO_TERMS, torque_unit
+from tt_precise.check.sources import open_source
 
 NUMBERS = {
     "no gyroscopic term": "no gyroscopic term",
@@ -43,6 +54,30 @@ ALIKE = (
 )
 def test_the_number_is_named(engine: Engine, fault: str, hertz: int) -> None:
     assert NUMBERS[fault] in causes(engine(hertz, 0.5, fault=fault))
+
+
+@pytest.mark.parametrize(
+    ("fault", "name", "change"),
+    [
+        ("I3 a hundredth more", "I3", 0.01),
+        ("alpha a hundredth more", "alpha", 0.01),
+        ("mass a tenth more", "m", 0.1),
+        ("gravity is 9", "g", 9 / 9.82 - 1),
+        ("damped momentum", "damping", 0.02),
+    ],
+)
+def test_what_changes_with_a_number_is_fitted(
+    engine: Engine, fault: str, name: str, change: float
+) -> None:
+    setup = CheckSetup(tt.load_scene("reference"), COLUMN_SETS["rigid body"], True)
+    rows = setup.samples(
+        open_source(engine(500, 0.05, fault=fault)).load(("t", *setup.columns.names))
+    )
+    start = TrialMotion(setup.body, given_of(rows)[0])
+    unit, law = torque_unit(setup.body), law_of(start)
+    found = fitted(list(FITTED), lambda n, p: residuals_of(FITTED[n](start, p), unit, law))
+    assert found[0].name == name
+    assert found[0].p == pytest.approx(change, rel=1e-3)
 
 
 @pytest.mark.parametrize("factor", [1.01, more(1.05)])
