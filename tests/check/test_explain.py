@@ -198,6 +198,11 @@ def test_rows_that_are_counted_instead_of_timed_are_named(
     assert likely or ", or" not in found
 
 
+def test_a_convention_is_named_under_a_force_that_is_not_the_scenes(engine: Engine) -> None:
+    found = causes(body_frame(engine(500, 0.1, law="regularised")))
+    assert found == "convention: the angular velocity is in the body frame"
+
+
 @pytest.mark.evidence
 def test_another_force_does_not_hide_a_convention() -> None:
     """A top with dry friction, checked as if it were the reference's."""

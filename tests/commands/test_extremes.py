@@ -27,7 +27,7 @@ BAD = ExtremeCase(
 @pytest.fixture(autouse=True)
 def two_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "tt_precise.extremes.cases", lambda _, quick: (GOOD,) if quick else (GOOD, BAD)
+        "tt_precise.extremes.cases", lambda _, quick=False: (GOOD,) if quick else (GOOD, BAD)
     )
 
 
@@ -36,13 +36,18 @@ def test_a_failed_case_is_reported_and_fails_the_command(said: Said, tmp_path: P
     text = said("extremes --out", file, status=1)
     assert "FAIL" in text
     assert "All is [well]." in text
-    assert json.loads(file.read_text())["verdict"] == "fail"
+    assert "not run" not in text
+    document = json.loads(file.read_text())
+    assert (document["verdict"], document["not_run"]) == ("fail", 0)
 
 
 def test_json_and_a_line_for_every_case_with_full(printed: Printed, said: Said) -> None:
     document = printed("extremes --quick")
     assert document["schema"] == "tt_precise.extremes/1"
+    assert document["not_run"] == 1
     (case,) = document["cases"]
     assert (case["name"], case["verdict"], case["value"]) == ("mu = 1", "pass", 1.0)
     assert (case["expected"], case["found"]) == ("All is [well].", "1 eps")
-    assert "mu = 1" in said("extremes --quick --full")
+    text = said("extremes --quick --full")
+    assert "mu = 1" in text
+    assert "--quick ran the first case of each family; not run: 1." in text

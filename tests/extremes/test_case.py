@@ -62,6 +62,7 @@ def test_findings_of_a_case_are_one() -> None:
     assert both.measured == "1 (allowed: 2); a, not b"
     both = registry.merged((registry.equal("a", "a"), registry.within(3, 4)))
     assert (both.holds, both.value) == (True, 3)
+    assert one(registry.merged, "nothing", findings=()).outcome().verdict == "fail"
     drawn = registry.merged((registry.CaseOutcome("a", data={"x": 1.0}), registry.CaseOutcome("b")))
     assert drawn.data == {"x": 1.0}
     assert registry.finite([1.0, None, 2]) == [1.0, 2]

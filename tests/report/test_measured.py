@@ -157,8 +157,11 @@ def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path)
         CASE | {"verdict": "fail", "found": "accepted"},
     ]
     document = {"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases}
+    (tmp_path / measured.EXTREMES).write_text(json.dumps(document | {"not_run": 7}))
+    assert "1 do not, and 7 were not run (--quick)." in str(measured.extremes(tmp_path).blocks[0])
     (tmp_path / measured.EXTREMES).write_text(json.dumps(document))
     section = measured.extremes(tmp_path)
+    assert "1 do not. The" in str(section.blocks[0])
     (table,) = tables(section)
     assert [row[1] for row in table.rows] == [
         "mu = … (3 cases)",

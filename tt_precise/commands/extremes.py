@@ -68,12 +68,16 @@ def command(
     begin = time.monotonic()
     with progress_bar(f"running {len(chosen)} cases") as progress:
         records = run_all(chosen, progress, workers or min(4, cores()))
-    document = Extremes.of(records)
+    left_out = len(cases(topic)) - len(chosen)
+    document = Extremes.of(records, left_out)
     failed = sum(record.verdict == "fail" for record in records)
     took = f"{time.monotonic() - begin:.0f} s"
     if not as_json:
         _table(records, full)
-    options.emit(as_json, document, [f"{len(records)} cases, {failed} failed; {took}."], out)
+    lines = [f"{len(records)} cases, {failed} failed; {took}."]
+    if left_out:
+        lines.append(f"--quick ran the first case of each family; not run: {left_out}.")
+    options.emit(as_json, document, lines, out)
     return CASE_FAILED if failed else 0
 
 

@@ -117,13 +117,14 @@ class Extremes(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pr
 
     verdict: Annotated[Literal["pass", "fail"], means("pass if every case passes")]
     cases: Annotated[tuple[CaseRecord, ...], means("the cases")]
+    not_run: Annotated[int, means("number of further cases that --quick left out")] = 0
 
     @classmethod
-    def of(cls, cases: Iterable[CaseRecord]) -> Extremes:
+    def of(cls, cases: Iterable[CaseRecord], not_run: int = 0) -> Extremes:
         """The document of these cases."""
         records = tuple(cases)
         failed = any(record.verdict == "fail" for record in records)
-        return cls(verdict="fail" if failed else "pass", cases=records)
+        return cls(verdict="fail" if failed else "pass", cases=records, not_run=not_run)
 
 
 class NotFiniteError(ArithmeticError):
@@ -144,8 +145,13 @@ Findings = CaseOutcome | tuple[CaseOutcome, ...]  # of a case; all have to hold
 
 
 def merged(findings: Findings) -> CaseOutcome:
-    """One finding that holds if all findings hold; its value is that of the first."""
+    """One finding that holds if all findings hold; its value is that of the first.
+
+    Raises ``ValueError``: nothing was found, which fails the case.
+    """
     each = (findings,) if isinstance(findings, CaseOutcome) else findings
+    if not each:
+        raise ValueError("got no finding, expected one at least")
     value = next((one.value for one in each if one.value is not None), None)
     data = {name: number for one in each for name, number in one.data.items()}
     words = "; ".join(one.measured for one in each)

@@ -122,15 +122,17 @@ def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTa
 @measured_by(EXTREMES_COMMAND, "extremes", "At the extremes", EXTREMES)
 def extremes(folder: Path) -> Content:
     """A row for each family of cases, the failed cases one by one, and the pictures."""
-    cases = records.load(folder / EXTREMES, Extremes, f"what `{EXTREMES_COMMAND}` writes").cases
+    document = records.load(folder / EXTREMES, Extremes, f"what `{EXTREMES_COMMAND}` writes")
+    cases = document.cases
     failed = [case.name for case in cases if case.verdict == "fail"]
     by_topic = Counter(case.topic for case in cases)
     listed = ", ".join(f"{topic} {by_topic[topic]}" for topic in TOPICS if by_topic[topic])
+    not_run = f", and {document.not_run} were not run (--quick)" if document.not_run else ""
     blocks: list[Block] = [
         Text(
             f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
-            f"outcome, {len(failed)} do not. The expected outcome comes from theory or from a "
-            "higher precision."
+            f"outcome, {len(failed)} do not{not_run}. The expected outcome comes from theory or "
+            "from a higher precision."
         ),
         PageTable(
             ("topic", "case", "expected", "from", "observed", "verdict"),
