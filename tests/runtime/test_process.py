@@ -60,7 +60,7 @@ class llvm_state:
 def test_the_folder_of_compiled_code_has_a_place_and_a_limit(
     tmp_path: Path, lines: tuple[str, ...], limit: str, words: list[str]
 ) -> None:
-    """Of a heyoka that says what it is told."""
+    """A module in place of heyoka prints its settings."""
     (tmp_path / "heyoka.py").write_text(KEPT.format(limit=limit))
     home = f"os.environ['XDG_CACHE_HOME'] = {str(tmp_path)!r}"
     begin = ("import os", "os.environ.pop('HEYOKA_CACHE_DIR', None)", home)
