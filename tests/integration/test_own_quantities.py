@@ -338,12 +338,14 @@ def test_an_own_value_at_an_event_has_its_error(reference: Scene, words: dict[st
 
 
 def test_a_function_that_combines_rows_is_refused(reference: Scene) -> None:
-    """``numpy.linalg.norm`` of a vector of columns is the norm over all times."""
+    """``numpy.linalg.norm`` of a vector of columns is the norm over all times, or NaN for all."""
     run = tt.integrate(reference, until="0.05")
     for wrong in (
         lambda q: numpy.linalg.norm(q.omega),
         lambda q: q.omega[2] / numpy.linalg.norm(q.omega),
         lambda q: numpy.array(q.omega),
+        lambda q: 1e-12 * numpy.linalg.norm(q.omega),
+        lambda q: q.omega[2] - numpy.sum(numpy.sqrt(0.0995 - q.euler.theta)),
     ):
         with pytest.raises(InputError, match="combine several times"):
             run.frame(tt.quantity(wrong, "rad/s"))

@@ -45,7 +45,8 @@ POSE_COLUMNS = {
 POSE_NAMES = frozenset(Pose._fields)
 _DIMENSIONS = {"q": Dimension(), "w": RATE, "v": SPEED}
 _LENGTH = Dimension(0, 1, 0)
-COMBINED = 1e-9  # Relative difference of a value from that of its row alone, far above rounding.
+# Difference of a value from that of its row alone, relative to the largest: far above rounding.
+COMBINED = 1e-9
 MOST_MISSED = 0.1  # rad between a quadrature's phi and the state's; a lost passage makes pi
 
 Name = str | Quantity
@@ -261,8 +262,10 @@ class Columns:
 
         Raises ``InputError``: its value in the ``last`` row alone is another.
         """
-        there, alone = numpy.ravel(values)[-1:], numpy.ravel(_number(own, last))
-        if len(alone) != 1 or abs(there - alone)[0] > COMBINED * (1 + abs(alone[0])):
+        rows, alone = numpy.ravel(values), numpy.ravel(_number(own, last))
+        largest = COMBINED * numpy.fmax.reduce(abs(rows), initial=0)
+        mixed = len(alone) != 1 or abs(rows[-1] - alone[0]) > largest
+        if mixed or (rows[-1] != rows[-1] and alone[0] == alone[0]):
             raise InputError(
                 f"column: got values of {own.name} that combine several times, expected a function "
                 "of the numbers at one time: vectors are tuples of components, so write "
