@@ -1,7 +1,9 @@
 """The finder of thresholds: against rows of a sweep, the theorem, and known answers."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import pytest
 
@@ -95,6 +97,11 @@ def test_every_change_of_the_answer_is_named() -> None:
     assert "between 160 and 180 rad/s the answer changes to no: " in text
     assert repr(found) == text
     assert text.count("the answer changes") == 1  # the other change is what is found
+    third = Answer(Fraction(500, 3), False, "fell", 1.0)
+    seen = replace(found, changes=(*found.changes, (third, third)))
+    assert "between 166.66666666666667 and 166.66666666666667 rad/s" in repr(seen)
+    last: Any = seen.as_dict()["changes"]
+    assert [float(one["value"]) for one in last[-1]] == [500 / 3, 500 / 3]
     low = find("reference", "omega_3", "150:180", until=8, digits=2, points=2)
     assert "contact_lost" in "\n".join(threshold.lines(low))
 
@@ -111,6 +118,7 @@ def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
     assert found.as_dict()["value"] is None
     text = "\n".join(threshold.lines(found))
     assert "none: at theta = 0 rad exactly not passed by 20 s" in text
+    assert f"down to {threshold.decimal(found.above.value, 17)} rad, passed" in text
     assert text.endswith("from the low end: does not invert at 1, then inverts at 1")
     soon = find("reference", "theta", "0:0.1", until=8, digits=1, points=2)
     assert not soon.isolated

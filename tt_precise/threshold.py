@@ -42,7 +42,7 @@ GOALS = {
     "contact_kept": "the top stays on the table up to the horizon",
 }
 POINTS, MOST_POINTS = 33, 10_000
-END_DIGITS = 17  # The ends of a bracket are printed as doubles, so that a run repeats their times.
+ANSWER_DIGITS = 17  # Values beside an answer are printed as doubles, so that a run repeats it.
 MOST_DIGITS = 25  # Double-double has 31 digits, which lose some six on the way.
 PLAIN = 6  # Decimal exponents up to which a number is written without an exponent.
 LATE = 0.95  # Part of the horizon after which it may be the horizon that decides.
@@ -100,11 +100,19 @@ class Found(Hints):
     def __repr__(self) -> str:
         return "\n".join(lines(self))
 
+    @property
+    def answer_digits(self) -> int:
+        """The digits of a value at which an answer is printed."""
+        return max(ANSWER_DIGITS, self.digits + 1)
+
     def as_dict(self) -> dict[str, Json]:
-        """Return the fields of the JSON object; numbers are strings of ``digits`` digits."""
+        """Return the fields of the JSON object; numbers are strings.
+
+        The value found has ``digits`` digits, and a value beside its answer ``answer_digits``.
+        """
 
         def text(answer: Answer | None) -> Json:
-            return answer and answer.as_dict(self.digits + 1)
+            return answer and answer.as_dict(self.answer_digits)
 
         exact = self.by_theorem
         return {
@@ -117,8 +125,8 @@ class Found(Hints):
             "points": self.points,
             "value": None if self.threshold is None else decimal(self.threshold, self.digits),
             "isolated": self.isolated,
-            "below": self.below and self.below.as_dict(max(END_DIGITS, self.digits + 1)),
-            "above": self.above and self.above.as_dict(max(END_DIGITS, self.digits + 1)),
+            "below": text(self.below),
+            "above": text(self.above),
             "changes": [[text(one), text(other)] for one, other in self.changes],
             "confirmed": self.confirmed,
             "theorem": {
@@ -154,7 +162,7 @@ def find(
     if until is not None:
         loaded = loaded.varied(until=written(until, "until"))
     if ends is None:
-        name, equals, ends = name.partition("=")
+        name, equals, ends = str(name).partition("=")
         if not equals:
             raise InputError(f'find: got {name!r} alone, expected its range: "{name}", (20, 260)')
     require_name("find", name, variable(loaded))
@@ -295,10 +303,9 @@ def decimal(value: Fraction, digits: int) -> str:
     return f"{rounded:f}" if plain else str(rounded)
 
 
-def _with_unit(found: Found, value: Fraction, digits: int = 0) -> str:
-    """A value of the entry in ``digits``, by default those found, with its unit."""
-    unit = unit_of(found.name, found.scene.body.law)
-    return f"{decimal(value, digits or found.digits)} {unit}".rstrip()
+def _with_unit(found: Found, value: Fraction, digits: int) -> str:
+    """A value of the entry in ``digits``, with its unit."""
+    return f"{decimal(value, digits)} {unit_of(found.name, found.scene.body.law)}".rstrip()
 
 
 def lines(found: Found) -> list[str]:
@@ -315,23 +322,24 @@ def lines(found: Found) -> list[str]:
 
 
 def _outcome(found: Found) -> list[str]:
-    name, digits, below, above = found.name, found.digits, found.below, found.above
+    name, below, above = found.name, found.below, found.above
     if above is None:
         return [f"  none: the answer is no at all of {found.points} values; --until is the horizon"]
-    value = _with_unit(found, above.value)
+    yes = _with_unit(found, above.value, found.answer_digits)
     if below is None:
-        return [f"  already at the low end of the range, {name} = {value}: {above.text}"]
+        return [f"  already at the low end of the range, {name} = {yes}: {above.text}"]
+    no = _with_unit(found, below.value, found.answer_digits)
     if found.isolated:
-        low = _with_unit(found, below.value)
         shown = [
-            f"  none: at {name} = {low} exactly {below.text};",
-            f"    at every value tried above it, down to {value}, {above.text}",
+            f"  none: at {name} = {no} exactly {below.text};",
+            f"    at every value tried above it, down to {yes}, {above.text}",
         ]
     else:
-        shown = [f"  {name} = {value}"]
-        for answer in (below, above):
-            end = _with_unit(found, answer.value, max(END_DIGITS, digits + 1))
-            shown.append(f"    at {end}: {answer.text}")
+        shown = [
+            f"  {name} = {_with_unit(found, above.value, found.digits)}",
+            f"    at {no}: {below.text}",
+            f"    at {yes}: {above.text}",
+        ]
         if above.t is not None and above.t > LATE * found.scene.until:
             shown.append(
                 "    just before the horizon: the value may be smaller with a later --until"
@@ -346,9 +354,10 @@ def _outcome(found: Found) -> list[str]:
 def _changes(found: Found) -> list[str]:
     """A line for each change of the answer in the scan, except the change that is found."""
     first = next((i for i, (_, other) in enumerate(found.changes) if other.yes), None)
+    digits = found.answer_digits
     return [
-        f"  between {decimal(one.value, 4)} and {_with_unit(found, other.value, 4)} the answer "
-        f"changes to {'yes' if other.yes else 'no'}: {other.text}"
+        f"  between {decimal(one.value, digits)} and {_with_unit(found, other.value, digits)} the "
+        f"answer changes to {'yes' if other.yes else 'no'}: {other.text}"
         for i, (one, other) in enumerate(found.changes)
         if found.below is None or i != first
     ]
@@ -358,7 +367,7 @@ def _theorem(found: Found) -> list[str]:
     words = [verdict.replace("_", " ") for verdict in found.verdicts]
     runs = [(word, len(list(same))) for word, same in itertools.groupby(words)]
     if found.by_theorem is not None:
-        value = _with_unit(found, found.by_theorem)
+        value = _with_unit(found, found.by_theorem, found.digits)
         said = f"{words[0]} below {found.name} = {value}, {words[-1]} from there on"
         if found.threshold is not None and found.below is not None:
             ratio = float(found.threshold / found.by_theorem)
