@@ -426,6 +426,18 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
     assert found.failures == ()
 
 
+@pytest.mark.parametrize(("drift", "named"), [(1e-4, True), (1e-2, False)])
+def test_a_mirrored_world_is_named_with_errors_as_engines_leave(
+    engine: Engine, drift: float, named: bool
+) -> None:
+    """Jellett's integral, of the other sign, drifts by a part of 5e-5, or of 5e-3."""
+    frame = engine(500, 0.5, start=(0.1, 0.0, 0.0, -155.0))
+    frame[OMEGA] *= (1 + drift * frame[["t"]]).to_numpy()
+    found = check(frame, "reference", friction="other")
+    assert "jellett" in {one.name for one in found.failures}
+    assert ("left-handed" in str(found.causes)) == named
+
+
 @pytest.mark.parametrize("friction", SLOW_IN_SCENE)
 def test_a_unit_and_a_wrong_column_are_both_named(healthy: Healthy, friction: str) -> None:
     """The first rows are too far apart to be judged as given, not right."""
