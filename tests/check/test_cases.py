@@ -165,3 +165,12 @@ def test_a_table_that_gives_way_is_allowed_its_depth() -> None:
         wrong = scene.varied(**{key: str(Fraction(numbers[key]) * Fraction(factor))})
         found = check(path, wrong, friction="other", engine="mujoco")
         assert found.failures, f"{key} {factor}"
+
+
+@pytest.mark.parametrize(("part", "named"), [(5e-8, True), (1e-6, False)])
+def test_a_cut_is_the_same_number_in_32_bits(part: float, named: bool) -> None:
+    frame = pandas.read_csv(CASES / "bullet_clamped_spin.csv")[:40]
+    cut = frame["angular_velocity2"] == 100
+    frame.loc[cut, "angular_velocity2"] *= 1 - part * (frame.index[cut] % 2)
+    found = check(frame, "reference", friction="other", engine="bullet")
+    assert ("cut to" in str(found.causes)) == named

@@ -13,8 +13,16 @@ from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check
 from tests.conftest import more
 from tt_precise.check import equations
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
-from tt_precise.check.equations import FEW, FEW_STEPS, Differences, _added_up, differences
-from tt_precise.check.flow import MOST_STEPS, flow
+from tt_precise.check.equations import (
+    APART,
+    FEW,
+    FEW_STEPS,
+    Differences,
+    _added_up,
+    _gone,
+    differences,
+)
+from tt_precise.check.flow import MOST_STEPS, FlowEnd, flow
 from tt_precise.check.sources import open_source
 
 # What explains a failure is tested elsewhere.
@@ -213,3 +221,19 @@ def test_a_limit_of_any_size_decides_about_rows_that_have_left_the_equations() -
         assert allowed[name].verdict == "pass"
         assert least < (allowed[name].value or 0.0) < 0.1
         assert allowed[name].note == "error bound 7e-09"
+
+
+@pytest.mark.parametrize(("bound", "gone"), [(4e-4, True), (6e-4, False)])
+def test_rows_are_gone_only_beyond_the_bounds(bound: float, gone: bool) -> None:
+    """Four intervals leave by 2e-3 in all."""
+    none, error = numpy.zeros(4), numpy.array([bound, bound, bound, numpy.inf])
+    end = FlowEnd(numpy.zeros((8, 4)), error, none, none, none)
+    assert _gone(numpy.full((12, 4), 8e-4), end, APART) == gone
+
+
+def test_where_equations_may_change_no_interval_is_left_out() -> None:
+    """An interval that the flow does not reach is integrated, however far the rows have left."""
+    frame = pandas.DataFrame(tt.golden.load("coulomb-stick-slip"))[::5][VECTORS]
+    frame[["vx", "vy"]] *= 100
+    found = apart(frame, "vectors", "coulomb-stick-slip")
+    assert (found.left, found.joints) == (0, (5, 5))

@@ -95,21 +95,41 @@ def test_only_the_right_number_leaves_the_error_of_the_flow_alone(healthy: Healt
     assert found == "clock: t runs 1.00100 times as fast as the motion"
 
 
-@pytest.mark.parametrize(("left", "tied"), [(2e-9, False), (1.2e-9, True)])
+@pytest.mark.parametrize(
+    ("left", "torque", "tied"), [(2e-9, 0.0, False), (1.2e-9, 0.0, True), (1.2e-9, 1e-5, False)]
+)
 def test_numbers_that_rows_cannot_tell_apart_are_all_named(
-    monkeypatch: pytest.MonkeyPatch, left: float, tied: bool
+    monkeypatch: pytest.MonkeyPatch, left: float, torque: float, tied: bool
 ) -> None:
-    good = Fit({"torque": 0.0}, False, False, 1.0)
+    """Another g leaves more of the residuals, or of the torque beyond its bound."""
     frame = tt.integrate("reference").frame(*VECTORS[1:])
     body = tt.load_scene("reference").body.numbers(float)
     given = Given(frame.t.to_numpy(), *numpy.zeros((3, 4, len(frame))))
     both = [Fitted("clock", 0.01, 1e-9), Fitted("g", -0.001, left)]
     monkeypatch.setattr("tt_precise.check.fitting.fitted", lambda *_: both)
-    monkeypatch.setattr("tt_precise.check.fitting.fit", lambda *_: good)
+    monkeypatch.setattr(
+        "tt_precise.check.fitting.fit",
+        lambda of, *_: Fit({"torque": torque * (of.g != body.g)}, False, False, 1.0),
+    )
     (cause,) = number(body, given, {})
     clock = "t runs 0.9901 times as fast as the motion"
     also = ", or g is 0.9990 times the scene's: these rows cannot tell"
     assert (cause.kind, cause.text) == ("clock", clock + also * tied)
+
+
+@pytest.mark.parametrize(("p", "named"), [(0.2, True), (0.3, False)])
+def test_the_torque_is_held_in_the_unit_of_the_scene(
+    monkeypatch: pytest.MonkeyPatch, p: float, named: bool
+) -> None:
+    """With a larger g it is a smaller part of m g R alpha."""
+    found = [Fitted("g", p, 1e-9)]
+    monkeypatch.setattr("tt_precise.check.fitting.fitted", lambda *_: found)
+    monkeypatch.setattr(
+        "tt_precise.check.fitting.fit", lambda *_: Fit({"torque": 8e-5}, False, False, 1.0)
+    )
+    body = tt.load_scene("reference").body.numbers(float)
+    given = Given(numpy.arange(9.0), *numpy.zeros((3, 4, 9)))
+    assert bool(number(body, given, {})) == named
 
 
 TERMS = {
@@ -170,3 +190,18 @@ def test_no_number_of_the_body_becomes_zero() -> None:
     rows = Path(__file__).with_name("cases") / "mujoco_microseconds.csv"
     found = tt.check.conservation(rows, scene, friction="other")
     assert (found.verdict, found.causes) == ("fail", ())
+
+
+@pytest.mark.parametrize(
+    ("name", "p", "named"),
+    [
+        ("g", -0.9, True), ("g", -0.99, False), ("alpha", -0.99, True), ("clock", 1e-8, True),
+        ("clock", 1e-10, False),
+    ],
+)  # fmt: skip
+def test_a_number_of_the_body_is_not_almost_0_and_a_change_is_some(
+    name: str, p: float, named: bool
+) -> None:
+    """But the centre of mass may be the sphere's."""
+    found = fitted([name], lambda _, changed: (changed - p) * numpy.array([1.0, 2.0]))
+    assert [one.p for one in found] == ([pytest.approx(p)] if named else [])

@@ -122,3 +122,11 @@ def test_no_row_depends_on_the_others() -> None:
         )
         assert numpy.array_equal(alone.state[:, 0], together.state[:, row])
         assert (alone.error[0], alone.least[0]) == (together.error[row], together.least[row])
+
+
+def test_how_far_rows_come_is_not_sought_where_few_steps_are_allowed() -> None:
+    start, far = numpy.array([[1.0], [0.0]]), 1e4 * ONE
+    for most, sought in ((MOST_STEPS, True), (1, False)):
+        found = propagate(oscillator, start, far, numpy.ones(2), 1e-9 * ONE, most=most)
+        assert found.error[0] == numpy.inf
+        assert (found.reached[0] > 0) == sought
