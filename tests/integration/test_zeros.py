@@ -11,6 +11,7 @@ import pytest
 from tests.conftest import more
 from tt_precise.integration import catalogue, integrate, zeros
 from tt_precise.integration.columns import quantity
+from tt_precise.integration.roots import refine
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene, load_scene
@@ -316,3 +317,55 @@ def test_no_event_is_lost_where_steps_have_many_parts(
     kx = run.frame("kx", times=numpy.linspace(0, 0.1, 30_001))["kx"]
     passed = abs(numpy.diff(numpy.floor(waves * kx / numpy.pi))).sum()
     assert len(run.events) == passed > 100
+
+
+def test_functions_with_many_bends_are_refused(
+    reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There are 26 events, and 39 parts of steps between which they lie."""
+    monkeypatch.setattr(zeros, "MOST_EVENTS", 30)
+    with pytest.raises(InputError, match="more than 30, or functions with as many bends"):
+        integrate(reference.varied(until="0.02"), events=[lambda q: q.fn.sin(30_000 * q.state.kx)])
+
+
+def test_secants_start_where_a_polynomial_leaves_out_little(
+    reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the five nodes of a step leave out more, its parts have the zeros."""
+    monkeypatch.setattr(zeros, "COARSE", 5)
+    monkeypatch.setattr(zeros, "SINGLE", 2.0**-20)
+    starts: list[Any] = []
+
+    def recorded(function: Any, bracket: Any, bits: int) -> Any:
+        starts.append(bracket.position.copy())
+        found = refine(function, bracket, bits)
+        starts[-1] -= found[0]
+        return found
+
+    monkeypatch.setattr(zeros, "refine", recorded)
+    integrate(reference.varied(until="0.1"), events=("phi_dot_zero", "nu_x_zero", "theta_max"))
+    assert 0 < abs(numpy.concatenate(starts)).max() < 2.0**-20
+
+
+@pytest.mark.parametrize(
+    ("position", "reach", "unresolved"),
+    [((0.0, 0.3, 1.0, 1.5), (0.0, 1.0, 0.0, 0.0), False),
+     ((0.0, 0.3, 0.6, 1.5), (0.0, 1.0, 1.0, 0.0), True)],
+    ids=["an extremum and an end", "two extrema"],
+)  # fmt: skip
+def test_two_undecided_extrema_are_noise(
+    reference: Scene,
+    position: tuple[float, ...],
+    reach: tuple[float, ...],
+    unresolved: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found: list[zeros.Zeros] = []
+    monkeypatch.setattr(zeros.Zeros, "search", lambda self, steps: found.append(self))
+    integrate(reference.varied(until="0.01"), events=("phi_dot_zero",))
+    value = numpy.array([1.0, 0.0, 0.0, 1.0])
+    error = numpy.full(4, 0.1)
+    which = numpy.zeros(4, dtype=int)
+    points = zeros.Points(which, numpy.array(position), value, error, error, numpy.array(reach))
+    found[0]._changes(points)
+    assert (found[0]._touches, bool(found[0]._unresolved)) == ({0}, unresolved)

@@ -637,11 +637,11 @@ class _Zero(NamedTuple):
     value: Array
 
 
-def _require_few(events: int) -> None:
-    if events > MOST_EVENTS:
+def _require_few(count: int) -> None:
+    if count > MOST_EVENTS:
         raise InputError(
-            f"events: got more than {MOST_EVENTS}, expected fewer: ask for a shorter time or for "
-            "fewer kinds of them"
+            f"events: got more than {MOST_EVENTS}, or functions with as many bends, expected "
+            "fewer: ask for a shorter time or for fewer kinds of them"
         )
 
 
