@@ -250,3 +250,6 @@ def test_too_many_events_are_refused(half: Scene, monkeypatch: pytest.MonkeyPatc
     assert len(integrate(half, "extended", events=("equator",)).events) == 0
     with pytest.raises(InputError, match="events: got more than"):
         integrate(half, "extended", events=("theta_min", "theta_max", "phi_dot_zero"))
+    # four parts of steps, and 14 events
+    with pytest.raises(InputError, match="events: got more than"):
+        integrate(half, events=("theta_max",))

@@ -331,7 +331,7 @@ def test_functions_with_many_bends_are_refused(
 def test_secants_start_where_a_polynomial_leaves_out_little(
     reference: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where the five nodes of a step leave out more, its parts have the zeros."""
+    """Five nodes leave too much out of some steps, whose parts have the zeros."""
     monkeypatch.setattr(zeros, "COARSE", 5)
     monkeypatch.setattr(zeros, "SINGLE", 2.0**-20)
     starts: list[Any] = []
