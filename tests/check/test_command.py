@@ -43,7 +43,7 @@ def test_exit_status_and_json(written: Path, printed: Printed) -> None:
         ("--limit 1e-9 --limit 1e-6", "expected NAME=VALUE or VALUE, each once"),
         ("--limit =1e-6", "--limit: got '=1e-6', expected NAME=VALUE or VALUE"),
         ("--limit jelett=1", "limit: got 'jelett', expected one of: time, jellett"),
-        ("--columns a=b", "--columns: got 'b' as one of ours"),
+        ("--columns a=b", "--columns: got 'b', expected one of ours"),
         ("--scene nonsense", "scene: got 'nonsense'"),
         ("--plot x.txt", "got x.txt, expected a name that ends in .svg"),
         ("--until -1", "got no rows up to t = -1 s, expected a trajectory"),

@@ -24,7 +24,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import Quaternion
-from tt_precise.runtime.values import Functions, InputError, Scalar
+from tt_precise.runtime.values import Functions, InputError, Scalar, require_name, wrong_name
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
 
@@ -160,10 +160,7 @@ def renaming(pairs: Iterable[str]) -> dict[str, str]:
         if not (left and equals and right):
             raise InputError(f"--columns: got {pair.strip()!r}, expected theirs=ours")
         if right not in OURS:
-            raise InputError(
-                f"--columns: got {right!r} as one of ours, expected one of: "
-                + ", ".join(sorted(OURS))
-            )
+            raise wrong_name("--columns", right, sorted(OURS), expected="one of ours: ")
         names[left] = right
     return names
 
@@ -240,10 +237,7 @@ class CheckSetup:
 
     def __post_init__(self) -> None:
         for name, value in (("friction", self.friction), ("start", self.start)):
-            if value not in OWN_OR_OTHER:
-                raise InputError(
-                    f"{name}: got {value!r}, expected one of: {', '.join(OWN_OR_OTHER)}"
-                )
+            require_name(name, value, OWN_OR_OTHER)
 
     @cached_property
     def body(self) -> Parameters:

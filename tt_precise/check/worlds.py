@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from tt_precise.mechanics.vectors import Quaternion, Vector, multiplied, rotate, scaled
-from tt_precise.runtime.values import Array, InputError
+from tt_precise.runtime.values import Array, require_name
 
 HALF = math.sqrt(0.5)
 # Rotations that take their axis to our z, by hand and axis: W for the vertical, B for the body's
@@ -52,8 +52,7 @@ class World(NamedTuple):
         Raises ``InputError``: there is none.
         """
         for what, got, known in (("world", world, WORLDS), ("axis", axis, AXES)):
-            if got not in known:
-                raise InputError(f"{what}: got {got!r}, expected one of: {', '.join(known)}")
+            require_name(what, got, known)
         return cls(*WORLDS[world], axis)
 
     @property
