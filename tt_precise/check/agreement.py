@@ -34,14 +34,14 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
     further = [name for name in rows.given if name not in own]
     open_ = frozenset() if rows.setup.columns.azimuth else HORIZONTAL
     derived = {name: of(rows) for name, of in DERIVED.items() if name in {*further} - open_}
-    left = [name for name in further if name not in derived and name not in followed]
     if rows.setup.columns.azimuth and all(name in further for name in QUATERNION):
         derived |= zip(QUATERNION, _with_the_axis_of_the_state(rows), strict=True)
     if not further:
         return Check(NAME, "pass", 0.0, LIMIT, 0.0, "no further columns", MEANING)
     worst = numpy.zeros(len(rows.t))
     named, bound = "", PRINTED * rounding(rows)
-    for name, size in sizes_of_derived(rows, derived).items():
+    units = sizes_of_derived(rows, derived)
+    for name, size in units.items():
         apart = rows.given[name] - derived[name]
         if name == "phi":
             apart = (apart + numpy.pi) % (2 * numpy.pi) - numpy.pi
@@ -49,11 +49,15 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
         off = numpy.where(numpy.isfinite(off), off, 0.0)  # ``finite`` counts the others
         named = name if off.max() > max(LIMIT, worst.max()) else named
         worst = numpy.maximum(worst, off)
-    note = f"{named} does not agree with the {rows.setup.columns.name} columns" if named else ""
+    whole = {*followed, *(units.keys() & DERIVED.keys())}  # of a quaternion only the axis follows
+    left = [name for name in further if name not in whole]
     lacking = f"{', '.join(left)} not looked at" if left else ""
-    seen = Residual(worst, bound, note or f"checked {', '.join(further)}", lacking)
-    if worst.max() <= LIMIT and not lacking:
-        seen = seen._replace(bound=min(bound, LIMIT))
+    note = f"checked {', '.join(further)}"
+    if named:
+        note = f"{named} does not agree with the {rows.setup.columns.name} columns"
+    elif bound > LIMIT:
+        note += f"; detects {bound:.0e}"
+    seen = Residual(worst, bound, note, lacking, decided=True)
     return check_of_rows(NAME, MEANING, "at most", LIMIT, rows.t, seen)
 
 
