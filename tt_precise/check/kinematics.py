@@ -306,14 +306,14 @@ def kinematics(samples: Samples, limit: float) -> Residual:
     )
     sight, looked = look(samples, quantities, limit), [*quantities]
     values, wrong = sight.values, sight.worst
-    if "z" in samples.given:
+    if "z" in samples.given and not samples.setup.scene.lifts:
         looked.append("height")
-        if not samples.setup.scene.lifts:
-            height = _distance_from_table(samples)
-            wrong = "height" if height.max() >= values.max() else wrong
-            values = numpy.maximum(values, height)
+        height = _distance_from_table(samples)
+        wrong = "height" if height.max() >= values.max() else wrong
+        values = numpy.maximum(values, height)
     lacking = [name for name in ("spin",) if name not in looked]
-    lacking += [name for name in "xyz" if name not in samples.given]
+    seen = {*samples.given} if "position" in looked else {"z"} if "height" in looked else set()
+    lacking += [name for name in "xyz" if name not in seen]
     text = "checked " + (", ".join(looked) or "nothing")
     if lacking:
         text += f", not at {', '.join(lacking)} (columns missing)"

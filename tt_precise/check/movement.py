@@ -33,9 +33,10 @@ from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Array
 
 FEWEST_ROWS = 6
-# The first way gives a rate in a row; the others are off by less than their distance times 6 from
-# it if the first is at least a seventh nearer than each of them.
-RATE_WAYS, DERIVATIVE = (Way(7, True), Way(7, False), Way(5, False)), 6.0
+# The first way gives a rate in a row; its error is less than 6 times its distance from the second
+# if it is at least a seventh nearer. A third way, seven rows without the nutation, is no wider
+# where right rows come nearest to their bounds.
+RATE_WAYS, DERIVATIVE = (Way(7, True), Way(5, False)), 6.0
 # The rate of roundings through seven evenly spaced rows, over rounding and spacing: the sum of the
 # weights' sizes, 2 (3/4 + 3/20 + 1/60).
 ROUNDED_RATE = 11 / 6
@@ -197,19 +198,18 @@ def rates_with_errors(
 ) -> tuple[Array, Array]:
     """Return the rates (components, n) of ``values`` in the rows, and the error of each (n,).
 
-    By polynomials with and without the cosine and sine of the nutation, and by fewer rows: rows
-    that are too far apart see a nutation as a slow motion, which the second way gives away. The
-    values are rounded by ``rounding`` (n,).
+    By polynomials with the cosine and sine of the nutation, and by fewer rows without: rows that
+    are too far apart see a nutation as a slow motion, which the second way gives away. The values
+    are rounded by ``rounding`` (n,).
     """
     nutated, parts = nutation(body, rows), []
     for taken, kept in chunks(len(rows.t)):
         t, angle = rows.t[taken], nutated[taken]
         found = (rates_in_rows(t, values[:, taken], w, angle[: len(t) - 1]) for w in RATE_WAYS)
         parts.append([rates[:, kept] for rates in found])
-    best, *others = (numpy.concatenate(rates, axis=1) for rates in zip(*parts, strict=True))
-    apart = numpy.maximum.reduce([norm(best - other) for other in others])
+    best, other = (numpy.concatenate(rates, axis=1) for rates in zip(*parts, strict=True))
     h = numpy.pad(numpy.diff(rows.t), (0, 1), mode="edge")
-    return best, DERIVATIVE * spread(apart) + ROUNDED_RATE * spread(rounding) / h
+    return best, DERIVATIVE * spread(norm(best - other)) + ROUNDED_RATE * spread(rounding) / h
 
 
 def visited(body: Parameters, rows: RigidMotion) -> Array:
