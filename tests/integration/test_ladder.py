@@ -18,18 +18,29 @@ from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
 
 
+@pytest.fixture
+def by_digits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The ladder takes what ``found`` gives, which has its digits itself."""
+    monkeypatch.setattr(ladder, "errors_of", lambda run: run)
+
+
+def found(level: ladder.Level, digits: float, scene: str = "reference", events: int = 0) -> Any:
+    """What the ladder looks at of a run."""
+    return SimpleNamespace(
+        status="complete",
+        digits_throughout=digits,
+        scene=load_scene(scene),
+        event_counts=Counter(theta_max=events),
+        precision=SimpleNamespace(name=level.precision, bits=level.bits or 53),
+    )
+
+
 def climb(tried: list[Any], wanted: int, lost: float = 1.0, most: float = 1e9) -> None:
     """By runs that lose ``lost`` digits, and have ``most`` at most."""
 
     def run(level: ladder.Level) -> Any:
         tried.append(level)
-        return SimpleNamespace(
-            status="complete",
-            digits_throughout=min(level.digits - lost, most),
-            scene=load_scene("reference"),
-            event_counts=Counter(),
-            precision=SimpleNamespace(name="double", bits=53),
-        )
+        return found(level, min(level.digits - lost, most))
 
     ladder.integrate_to_digits(wanted, load_scene("reference"), run)
 
@@ -40,6 +51,7 @@ def climbed(wanted: int, **runs: float) -> list[Any]:
     return tried
 
 
+@pytest.mark.usefixtures("by_digits")
 def test_rungs_of_the_ladder() -> None:
     """The first that mostly suffices; then what the estimate lacks and ``SPARE`` are added."""
     assert all(climbed(n)[0].digits >= n + ladder.LOSS for n in range(1, 60))
@@ -56,6 +68,7 @@ def test_rungs_of_the_ladder() -> None:
     assert len(tried) == 2  # a third cannot help
 
 
+@pytest.mark.usefixtures("by_digits")
 def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> None:
     """Rounding of 1e-28 loses 12 digits: three doubles deliver what two do not."""
     tried: list[Any] = []
@@ -63,13 +76,7 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
     def run(level: ladder.Level) -> Any:
         tried.append(level)
         bits = {"double": 15, "double-double": 31, "triple-double": 46}.get(level.precision, 99)
-        return SimpleNamespace(
-            status="complete",
-            digits_throughout=max(0.5, min(level.digits, bits) - 12),
-            scene=load_scene("reference"),
-            event_counts=Counter(),
-            precision=SimpleNamespace(name=level.precision, bits=53),
-        )
+        return found(level, max(0.5, min(level.digits, bits) - 12))
 
     ladder.integrate_to_digits(18, load_scene("reference"), run)
     assert tried[-1].precision == "triple-double"
@@ -81,6 +88,7 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
     assert tried[-1].precision == "mp"
 
 
+@pytest.mark.usefixtures("by_digits")
 @pytest.mark.parametrize("resolved", [1, 0])
 def test_the_ladder_goes_on_while_levels_resolve_more_events(resolved: int) -> None:
     """Below-threshold was refused 9 digits: the last events have few until all are found."""
@@ -89,22 +97,19 @@ def test_the_ladder_goes_on_while_levels_resolve_more_events(resolved: int) -> N
 
     def run(level: ladder.Level) -> Any:
         tried.append(level)
-        return SimpleNamespace(
-            status="complete",
-            digits_throughout=digits[level.precision],
-            event_counts=Counter(theta_max=1 + resolved * len(tried)),
-            scene=load_scene("below-threshold"),
-            precision=SimpleNamespace(name=level.precision, bits=53),
-        )
+        events = 1 + resolved * len(tried)
+        return found(level, digits[level.precision], "below-threshold", events)
 
     if resolved:
-        assert ladder.integrate_to_digits(9, load_scene("below-threshold"), run)
+        last = ladder.integrate_to_digits(9, load_scene("below-threshold"), run)
+        assert last.event_counts.total() == 1 + len(tried)
         assert tried[-1].precision == "triple-double"
     else:
         with pytest.raises(InputError, match="got 9, but below-threshold has 4"):
             ladder.integrate_to_digits(9, load_scene("below-threshold"), run)
 
 
+@pytest.mark.usefixtures("by_digits")
 def test_an_estimate_that_is_off_by_half_a_digit_ends_no_ladder() -> None:
     """Coulomb-gliding to 1.2 s had 39.8 digits with 140 bits and with 141, and was refused."""
     tried: list[Any] = []
@@ -112,13 +117,7 @@ def test_an_estimate_that_is_off_by_half_a_digit_ends_no_ladder() -> None:
     def run(level: ladder.Level) -> Any:
         off = 0.3 if len(tried) % 2 else -0.3
         tried.append(level)
-        return SimpleNamespace(
-            status="complete",
-            digits_throughout=level.digits - 2.5 - off,
-            scene=load_scene("coulomb-gliding"),
-            event_counts=Counter(),
-            precision=SimpleNamespace(name="mp", bits=level.bits),
-        )
+        return found(level, level.digits - 2.5 - off, "coulomb-gliding")
 
     ladder.integrate_to_digits(40, load_scene("coulomb-gliding"), run)
     assert [level.precision for level in tried] == ["mp", "mp"]

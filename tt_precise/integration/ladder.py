@@ -3,41 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple
 
-from tt_precise.integration.precision import MOST_BITS, Precision, is_available
+from tt_precise.integration.errors import errors_of
+from tt_precise.integration.precision import MOST_BITS, is_available
 from tt_precise.integration.setup import Setup, refused_in_doubles
-from tt_precise.integration.solution import solve
-from tt_precise.runtime.values import InputError, Scalar, whole_number
+from tt_precise.integration.solution import Solution, solve
+from tt_precise.runtime.values import InputError, whole_number
 from tt_precise.scene.scene import Scene
-
-
-class Judged(Protocol):
-    """A solution with an estimate of its digits."""
-
-    scene: Scene
-    status: Any
-
-    @property
-    def t_end(self) -> Scalar:
-        """The end of the solution in s."""
-
-    @property
-    def precision(self) -> Precision:
-        """The working precision."""
-
-    @property
-    def event_counts(self) -> Counter[str]:
-        """Numbers of recorded events by name."""
-
-    @property
-    def digits_throughout(self) -> float:
-        """Correct digits of the worst component over all samples, events and the end."""
-
-
-Solution = TypeVar("Solution", bound=Judged)
 
 # Digits by which an estimate must exceed the wanted ones: a reference run that errs by a tenth of
 # the run's error is off by half of that.
@@ -100,16 +74,16 @@ def integrate_to_digits(
     while True:
         bits = max(128, math.ceil(needed / DIGITS_PER_BIT))
         level = next((r for r in levels if r.digits >= needed), Level("mp", 0.0, bits))
-        trajectory = run(level)
-        reached = 0.0 if trajectory.status == "failed" else trajectory.digits_throughout
+        found = run(level)
+        reached = 0.0 if found.status == "failed" else errors_of(found).digits_throughout
         if reached >= wanted + RESERVE:
-            return trajectory
+            return found
         finer = level.precision != before.precision
-        last, recorded = level.precision == "mp", trajectory.event_counts.total()
+        last, recorded = level.precision == "mp", found.event_counts.total()
         worth = RESERVE if finer and not last else WORTH * (level.digits - before.digits)
         if reached < best + worth and (last or recorded <= most):
             if finer or last:
-                raise InputError(_missed(wanted, trajectory, reached))
+                raise InputError(_missed(wanted, found, reached))
             # a finer tolerance wins little here, but a finer arithmetic may
             levels = [other for other in levels if other.precision != level.precision]
         before, best, most = level, max(reached, best), max(recorded, most)
@@ -122,12 +96,12 @@ def ladder_of(scene: Scene, euler: bool = False) -> tuple[Level, ...]:
     return HEYOKAS if euler or refused_in_doubles(scene) else LADDER
 
 
-def _missed(wanted: int, trajectory: Judged, digits: float) -> str:
-    name, precision = trajectory.scene.name, trajectory.precision
-    if trajectory.status == "failed":
+def _missed(wanted: int, run: Solution, digits: float) -> str:
+    name, precision = run.scene.name, run.precision
+    if run.status == "failed":
         return (
             f"digits: got {wanted}, but the integration of {name} fails after "
-            f"{float(trajectory.t_end):.3g} s; expected a scene that can be integrated"
+            f"{float(run.t_end):.3g} s; expected a scene that can be integrated"
         )
     return (
         f"digits: got {wanted}, but {name} has {digits:.1f} in {precision.name} with "

@@ -112,9 +112,9 @@ class Trajectory(Hints):
         self.steps, self.order = run.steps, run.order
 
     @classmethod
-    def of(cls, scene: Scene, setup: Setup, progress: Progress | None = None) -> Trajectory:
+    def of(cls, scene: Scene, setup: Setup) -> Trajectory:
         """Integrate ``scene`` once with the set-up."""
-        return cls(solve(scene, setup, progress))
+        return cls(solve(scene, setup))
 
     def again(self, **changes: Any) -> Trajectory:
         """Integrate the scene again, with some fields of the ``Setup`` replaced."""
@@ -622,21 +622,20 @@ def integrate(
     record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
-    def run(level: Level) -> Trajectory:
+    def run(level: Level) -> Solution:
         setup = Setup.of(
             loaded, level.precision, bits=level.bits, tolerance=level.tolerance,
             formulation=formulation, events=watched, record=record, contact=contact,
         )  # fmt: skip
-        return Trajectory.of(loaded, setup, progress)
+        return solve(loaded, setup, progress)
 
     if digits is None:
-        return _differentiated(run(Level(precision or "double", tolerance, bits)), sensitivity)
+        found = run(Level(precision or "double", tolerance, bits))
+        return _differentiated(Trajectory(found), sensitivity)
     for name, given in (("precision", precision), ("bits", bits), ("tolerance", tolerance)):
         if given:
             raise InputError(
                 f"digits: got a {name} too, which digits choose; expected one of the two"
             )
-    trajectory = integrate_to_digits(
-        digits, loaded, run, euler=formulation == "euler", contact=contact
-    )
-    return _differentiated(trajectory, sensitivity)
+    found = integrate_to_digits(digits, loaded, run, euler=formulation == "euler", contact=contact)
+    return _differentiated(Trajectory(found), sensitivity)
