@@ -59,7 +59,7 @@ def test_rungs_of_the_ladder() -> None:
     assert [climbed(n)[0].precision for n in (34, 60)] == ["triple-double", "mp"]
     assert climbed(8, lost=2.5) == [ladder.LADDER[0], ladder.LADDER[1]]
     assert climbed(8, lost=6) == [ladder.LADDER[0], ladder.LADDER[2]]
-    enough = 10 - 8 - ladder.RESERVE
+    enough = 10 - 8 - 0.1  # the first level has 10
     assert climbed(8, lost=enough - 0.01) == [ladder.LADDER[0]]
     assert climbed(8, lost=enough + 0.01) == [ladder.LADDER[0], ladder.LADDER[1]]
     tried: list[Any] = []
@@ -86,6 +86,20 @@ def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> No
     assert [*arithmetics] == ["double", "double-double"]  # no arithmetic is left out
     ladder.integrate_to_digits(38, load_scene("reference"), run)
     assert tried[-1].precision == "mp"
+
+
+@pytest.mark.usefixtures("by_digits")
+@pytest.mark.parametrize(("won", "third"), [(0.3, "double-double"), (0.2, "triple-double")])
+def test_a_quarter_of_the_tolerances_digits_is_worth_a_finer_one(won: float, third: str) -> None:
+    tried: list[Any] = []
+
+    def run(level: ladder.Level) -> Any:
+        tried.append(level)
+        fine = level.precision != "double-double"
+        return found(level, 20.0 if fine else 10 + won * (level.digits - 18))
+
+    ladder.integrate_to_digits(14, load_scene("reference"), run)
+    assert [level.precision for level in tried][:3] == ["double-double", "double-double", third]
 
 
 @pytest.mark.usefixtures("by_digits")
