@@ -54,10 +54,11 @@ def test_height_and_rate_are_read_in_every_column_set(scene: str, columns: str) 
 
 
 @pytest.mark.parametrize("scene", ["elastic-linear", *map(more, LIFTING[::2])])
-def test_without_the_height_its_checks_are_skipped(scene: str) -> None:
+def test_without_the_height_its_checks_are_open(scene: str) -> None:
     """Rows that stand still are found without it: the inclination has a rate."""
     found = checked(rows(scene).drop(columns=[*LIFTED]), scene)
-    for name in ("energy", "energy_balance", "equations"):
+    for name in ("energy", "energy_balance", "equations", "normal_force"):
+        assert found[name].verdict == "open"
         assert found[name].note == "needs the height of the lowest point: columns height, rise"
     with pytest.raises(InputError, match="has height but not rise, expected all of the height"):
         checked(rows(scene).drop(columns="rise"), scene)

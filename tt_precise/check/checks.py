@@ -139,7 +139,8 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
     velocity = f"needs the velocity: columns {', '.join(columns.velocity)}"
     other = "the force of another friction law does not follow from the state"
     dissipates = not (setup.rolling or setup.flies) and (setup.scene.body.mu != 0 or lifts)
-    vertical = setup.velocity_given and (rigid or (setup.height_given and not setup.flies))
+    may_rise = lifts and not setup.flies
+    vertical = setup.velocity_given and (rigid or (setup.height_given and may_rise))
     own, applicable = setup.friction == "scene", not setup.rolling or setup.velocity_given
     conditions: dict[str, tuple[object, str, Verdict]] = {
         "azimuth": (
@@ -157,9 +158,9 @@ def _lacking(setup: CheckSetup) -> dict[str, Missing]:
         ),
         "vertical velocity": (
             vertical,
-            "needs the vertical velocity: column vcz" if rigid else
+            "needs the vertical velocity: column vcz" if rigid else height if may_rise else
             f"the {columns.name} columns have no vertical velocity here",
-            "open" if rigid else "skipped",
+            "open" if rigid or may_rise else "skipped",
         ),
         "vertical slip": (
             rigid or setup.rolling, f"the {columns.name} columns have no vertical component of v_A",
