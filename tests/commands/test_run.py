@@ -5,6 +5,8 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import mpmath
 import pandas
@@ -13,7 +15,10 @@ import pytest
 from tests.conftest import Printed, Said, SceneFile, more
 from tests.runtime.conftest import READ
 from tt_precise import cli
+from tt_precise.commands.run import _climbs
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.inversion import Climb, InversionTimes
+from tt_precise.integration.precision import precision_named
 from tt_precise.runtime.tables import FORMATS
 from tt_precise.scene.scene import load_scene
 
@@ -95,6 +100,23 @@ def test_the_climb_is_that_of_the_trajectory(printed: Printed) -> None:
     assert (found["equator"]["verdict"], found["climb"]["C"]["t_end"]) == ("passed", None)
     never = printed("run inverted --until 0.1 --precision extended")
     assert (never["equator"]["verdict"], never["climb"]) == ("not_passed", None)
+
+
+def test_the_climb_is_that_of_the_run_itself_with_its_errors() -> None:
+    quad = precision_named("quad")
+    digits = "5.10000000000000000000000000000003"  # more than a double has
+    passed, begun = map(quad.context.mpf, (digits, "3.2"))
+    run: Any = SimpleNamespace(
+        inversion=InversionTimes(passed, *[Climb(begun, None)] * 3),
+        inversion_errors={"equator": 1e-30, "t_init_B": 2e-30},
+        precision=quad,
+    )
+    found = _climbs(run, exactly=True)
+    assert found is not None
+    assert (found.precision, found.equator_error) == ("quad", "1e-30")
+    assert (found.A.t_init_error, found.B.t_init_error) == (None, "2e-30")
+    assert (found.B.t_end, found.B.t_end_error) == (None, None)
+    assert found.equator == digits
 
 
 @pytest.mark.evidence
