@@ -5,11 +5,12 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy
+import pandas
 import pytest
 from scipy.spatial.transform import Rotation
 
 import tt_precise as tt
-from tests.check.conftest import Engine
+from tests.check.conftest import Engine, Healthy, check, refuses
 from tests.check.test_force_free import POSE
 from tests.conftest import more
 from tt_precise.check import conventions
@@ -21,6 +22,7 @@ from tt_precise.check.conventions import (
     Convention,
     FoundConvention,
     Given,
+    convert,
     fit,
     search,
 )
@@ -64,13 +66,13 @@ def jellett() -> float:
 
 
 def written(given: Given, one: Convention, offset: float) -> Given:
-    """The rows as the convention has them, by matrices, independently of ``conventions.read``."""
+    """The rows as the convention has them, by matrices, independently of ``convert``."""
     rotation = Rotation.from_quat(given.q[[1, 2, 3, 0]].T)
     turn = rotation.as_matrix()
     k = turn[:, :, 2]
     assert given.v is not None
-    assert given.x is not None
-    t, w, v, x = given.t, given.w.T, given.v.T, given.x.T
+    x = numpy.zeros((len(given.t), 3)) if given.x is None else given.x.T
+    t, w, v = given.t, given.w.T, given.v.T
     centre = BODY.R * BODY.alpha * k
     if one.point != "cm":
         arm = centre if one.point == "centre" else centre - [0, 0, BODY.R]
@@ -230,3 +232,52 @@ def test_another_place_of_the_mass_is_no_convention() -> None:
     assert not fit(body, right(60, 0.0), {}).passes
     assert search(right(60, 0.0), body, {}, jellett())[1] == []
     assert conventions.LIMITS["lift"] < 1e-5
+
+
+@pytest.mark.parametrize(("up", "hand"), WORLDS)
+def test_every_world_has_its_vertical_and_its_hand(up: str, hand: str) -> None:
+    still = numpy.tile([[1.0], [0.0], [0.0], [0.0]], 3)
+    one = Convention(up=up, hand=hand)
+    ours = convert(Given(numpy.arange(3.0), still, numpy.eye(3), numpy.eye(3)), one, BODY)
+    assert ours.v is not None
+    assert ours.v == pytest.approx(WORLDS[up, hand].T)
+    assert numpy.linalg.det(ours.v) * ours.w == pytest.approx(ours.v)
+
+
+def test_a_quaternion_keeps_its_length_and_turns_as_one_of_length_1() -> None:
+    given = right(60, 0.0)
+    one = Convention(in_body=True, velocity_in_body=True, point="centre", place="centre")
+    long, short = (convert(given._replace(q=size * given.q), one, BODY) for size in (2.0, 1.0))
+    assert numpy.array_equal(long.q, 2 * short.q)
+    assert all(numpy.allclose(a, b, rtol=1e-14) for a, b in zip(long[2:5], short[2:5], strict=True))
+
+
+def in_world(frame: pandas.DataFrame, world: str, axis: str) -> Given:
+    """The rows as an engine of that world would write them."""
+    given = Given.of_columns({str(name): frame[name].to_numpy() for name in frame})
+    return written(given, OURS.in_world(world, axis), 0.0)._replace(x=None)
+
+
+@pytest.mark.parametrize("axis", conventions.AXES)
+@pytest.mark.parametrize("world", conventions.WORLDS)
+def test_a_world_is_read_back(healthy: Healthy, rigid_body: Healthy, world: str, axis: str) -> None:
+    frame = rigid_body(healthy("reference", 101, 0.1))
+    theirs = in_world(frame, world, axis)
+    found = check(theirs.columns, "reference", world=world, axis=axis)
+    assert found.passed, str(found)
+    assert (found["golden"].value or 0) > 11
+    ours = convert(theirs, OURS.in_world(world, axis), BODY).columns
+    for name in ("wx", "wy", "wz", "vcx", "vcy", "vcz"):
+        assert ours[name] == pytest.approx(frame[name].to_numpy(), abs=1e-12)
+
+
+@pytest.mark.usefixtures("no_cause")
+def test_another_world_is_not_green(healthy: Healthy, rigid_body: Healthy) -> None:
+    theirs = in_world(rigid_body(healthy("reference", 101, 0.1)), "y-up", "y").columns
+    for world, axis in (("z-up", "z"), ("y-up", "z"), ("left-handed-y-up", "y")):
+        try:
+            assert not check(theirs, "reference", world=world, axis=axis).passed
+        except ValueError:  # refused as another convention
+            continue
+    refuses("got vectors columns, expected those of a rigid body", healthy(), world="y-up")
+    refuses("world: got 'up', expected one of: z-up", theirs, world="up")

@@ -210,6 +210,19 @@ def test_arrays_in_memory_are_an_engines_state_too(
     assert named["jellett"].value == found["jellett"].value
 
 
+@pytest.mark.usefixtures("no_cause")
+@pytest.mark.parametrize(("length", "failing"), [(0.0, "quaternion_norm"), (np.inf, "finite")])
+def test_a_row_that_blew_up_is_left_to_the_checks(
+    pose: pd.DataFrame, scene: Scene, length: float, failing: str
+) -> None:
+    arrays = written(pose, scene, "mujoco")
+    arrays["qpos"][9, 3:] = length
+    found = tt.check.conservation(arrays, scene, engine="mujoco")
+    failures = {one.name for one in found.failures}
+    assert failing in failures
+    assert ("finite" in failures) == (failing == "finite")
+
+
 def test_columns_x_y_z_are_the_position(pose: pd.DataFrame, scene: Scene, saved: Saved) -> None:
     position = {name: pose[name].to_numpy() for name in ("x", "y", "z")}
     found = rows_of(saved("bullet", lambda arrays: arrays.update(position)), "bullet", scene)

@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping
 import numpy
 
 from tt_precise.check.columns import Samples
+from tt_precise.check.conventions import QUATERNION
 from tt_precise.check.result import Residual, check_of_rows
 from tt_precise.check.start import rounding
-from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy
 
+from tt_precise.check.conventions import QUATERNION
 from tt_precise.check.precision import ColumnRounding, precisions
-from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState

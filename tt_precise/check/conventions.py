@@ -29,11 +29,10 @@ from tt_precise.check.force_free_flow import (
     jellett_of,
     lift_of,
 )
-from tt_precise.check.worlds import AXES, OMEGA, POLAR, QUATERNION, WORLDS
 from tt_precise.mechanics.newton import angular_momentum, contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Quaternion, Vector, cross, dot, multiplied, rotate
-from tt_precise.runtime.values import Array
+from tt_precise.runtime.values import Array, require_name
 
 HALF = math.sqrt(0.5)
 RATES = (24, 30, 50, 60, 90, 100, 120, 144, 240, 500, 1000)
@@ -65,6 +64,16 @@ AXIS: dict[str, Quaternion] = {
     "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, -HALF, 0.0, 0.0), "x": (HALF, 0.0, HALF, 0.0),
     "-z": (0.0, 1.0, 0.0, 0.0), "-y": (HALF, HALF, 0.0, 0.0), "-x": (HALF, 0.0, -HALF, 0.0),
 }  # fmt: skip
+# The verticals and hands of worlds that have a name, and the ends of the body that may be its axis.
+WORLDS = {
+    "z-up": ("z", "right"),
+    "y-up": ("y", "right"),
+    "left-handed-z-up": ("z", "left"),
+    "left-handed-y-up": ("y", "left"),
+}
+AXES = ("z", "y", "x")
+QUATERNION, OMEGA = ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz")
+POLAR = (("vcx", "vcy", "vcz"), ("x", "y", "z"))
 
 # At half and at double of each constant below (but ``LIMITS``) the same is named of the files of
 # seven engines, of two with a wrong column, of five random conventions and of two wrong bodies.
@@ -107,6 +116,16 @@ class Convention:
     point: str = "cm"
     velocity_in_body: bool = False
     place: str = "cm"
+
+    def in_world(self, world: str, axis: str) -> Convention:
+        """Return the convention in the world with this name, and with this axis of the body.
+
+        Raises ``InputError``: there is none.
+        """
+        require_name("world", world, WORLDS)
+        require_name("axis", axis, AXES)
+        up, hand = WORLDS[world]
+        return replace(self, up=up, hand=hand, axis=axis)
 
     @property
     def changes(self) -> int:
@@ -198,6 +217,28 @@ class Given(NamedTuple):
     x: Array | None = None
     vectors: bool = False
 
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, Array]) -> Given:
+        """Return rigid-body columns; v or x is None where it is not complete among them."""
+        q, w = (numpy.array([columns[name] for name in names]) for names in (QUATERNION, OMEGA))
+        v, x = (
+            numpy.array([columns[name] for name in names]) if {*names} <= columns.keys() else None
+            for names in POLAR
+        )
+        return cls(columns["t"], q, w, v, x)
+
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Rigid-body columns by name."""
+        groups = zip((QUATERNION, OMEGA, *POLAR), (self.q, self.w, self.v, self.x), strict=True)
+        known = [zip(names, values, strict=True) for names, values in groups if values is not None]
+        return {"t": self.t, **dict(itertools.chain(*known))}
+
+    @property
+    def unit(self) -> Given:
+        """The same rows with quaternions of length 1."""
+        return self._replace(q=self.q / norm(self.q))
+
     def part(self, rows: Array | slice) -> Given:
         """Return some of the rows."""
         v, x = (None if one is None else one[:, rows] for one in (self.v, self.x))
@@ -233,16 +274,21 @@ def attitude(q: Array, convention: Convention) -> Array:
     return _conjugate(q) if convention.inverse else q
 
 
+@numpy.errstate(all="ignore")  # rows that blew up are left to the checks
 def convert(given: Given, convention: Convention, body: Parameters) -> Given:
-    """Convert the columns of a file from ``convention`` to ours."""
+    """Convert the columns of a file from ``convention`` to ours.
+
+    Quaternions may have any length, and keep it; one of length 0 turns everything to 0.
+    """
     up, axis, length = UP[convention.up], AXIS[convention.axis], LENGTH[convention.length]
     q = attitude(given.q, convention)
-    q = q / norm(q)
+    size = (q * q).sum(axis=0)
+    size[size == 0] = 1.0
     w = given.w * ANGLE[convention.angle] * (-1 if convention.opposite else 1)
-    w = _rotate(up, _rotate(q, w) if convention.in_body else w)
+    w = _rotate(up, _rotate(q, w) / size if convention.in_body else w)
     v, x = given.v, given.x
     if v is not None:
-        v = length * _rotate(up, _rotate(q, v) if convention.velocity_in_body else v)
+        v = length * _rotate(up, _rotate(q, v) / size if convention.velocity_in_body else v)
     if x is not None:
         x = length * _rotate(up, x)
     q = _times(_times(up, q), axis)
@@ -250,33 +296,14 @@ def convert(given: Given, convention: Convention, body: Parameters) -> Given:
         mirror = numpy.array([[1.0], [-1.0], [1.0]])
         w, q = -mirror * w, q * numpy.array([[1.0], [-1.0], [1.0], [-1.0]])
         v, x = (one if one is None else one * mirror for one in (v, x))
-    k = axis_of(q)
-    centre = numpy.array([body.R * body.alpha * part for part in k])
+    k = numpy.array(axis_of(q)) / size
+    centre = body.R * body.alpha * k
     if v is not None and convention.point != "cm":
-        arm = contact_arm(body, k) if convention.point == "contact" else tuple(centre)
-        v = v - numpy.array(cross(_vector(w), _vector(arm)))
+        arm = contact_arm(body, _vector(k)) if convention.point == "contact" else _vector(centre)
+        v = v - numpy.array(cross(_vector(w), arm))
     if x is not None and convention.place == "centre":
         x = x - centre
-    return Given(TIME[convention.time] * (given.t - given.t[0]), q, w, v, x)
-
-
-def rigid_columns(
-    given: Mapping[str, Array], convention: Convention, body: Parameters
-) -> dict[str, Array]:
-    """Return rigid-body columns as ours where the file has them in ``convention``."""
-    vectors = [
-        numpy.array([given[name] for name in names]) if names[0] in given else None
-        for names in (QUATERNION, OMEGA, *POLAR)
-    ]
-    q, w, v, x = vectors
-    assert q is not None
-    assert w is not None
-    ours = convert(Given(given["t"], q, w, v, x), convention, body)
-    found = {**given, "t": ours.t}
-    for names, values in zip((QUATERNION, OMEGA, *POLAR), ours[1:5], strict=True):
-        if values is not None:
-            found |= dict(zip(names, values, strict=True))
-    return found
+    return Given(TIME[convention.time] * given.t, q, w, v, x)
 
 
 def _vector(components: Array | Vector) -> Vector:

@@ -9,44 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import listed
+from tt_precise.check.columns import Changed, Columns, listed
+from tt_precise.check.conventions import OURS, Convention, Given, convert
 from tt_precise.check.sources import ColumnSource, RowSource, open_source
-from tt_precise.mechanics.conversion import RigidBodyState, axis_of
-from tt_precise.mechanics.vectors import cross, rotate
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, InputError
 from tt_precise.scene.scene import Scene
 
-if TYPE_CHECKING:
-    from tt_precise.check.columns import Changed, Columns
-    from tt_precise.check.worlds import World
-    from tt_precise.mechanics.parameters import Parameters
-
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
-
-
-class EngineFormat(NamedTuple):
-    """The columns and conventions of an engine's file of body states.
-
-    ``scalar_first``: the order of its quaternion; ``in_body_frame``: the angular velocity's frame;
-    ``origin``: the point whose velocity it gives, unless the user says otherwise.
-    """
-
-    scalar_first: bool
-    in_body_frame: bool
-    origin: str
-
-
-_CENTRAL = EngineFormat(scalar_first=False, in_body_frame=False, origin=CENTRE_OF_MASS)
+OF_CENTRE = Convention(point=CENTRE_OF_SPHERE, place=CENTRE_OF_SPHERE)
 CONVENTIONS = {
-    "mujoco": EngineFormat(scalar_first=True, in_body_frame=True, origin=CENTRE_OF_SPHERE),
-    "drake": EngineFormat(scalar_first=True, in_body_frame=False, origin=CENTRE_OF_SPHERE),
-    **dict.fromkeys(("dart", "exudyn", "ode"), _CENTRAL._replace(scalar_first=True)),
-    **dict.fromkeys(("bullet", "cannon-es", "jolt", "newton", "rapier"), _CENTRAL),
+    "mujoco": replace(OF_CENTRE, in_body=True),
+    "drake": OF_CENTRE,
+    **dict.fromkeys(("dart", "exudyn", "ode"), OURS),
+    **dict.fromkeys(
+        ("bullet", "cannon-es", "jolt", "newton", "rapier"), Convention(order="scalar last")
+    ),
 }
 # Each array of an engine's state by its name, and its width.
 _STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
@@ -57,7 +40,6 @@ _COMPONENTS = {
     "angular_velocity": ("wx", "wy", "wz"),
     "position": ("x", "y", "z"),
 }
-_RIGID = ("t", *RigidBodyState._fields, "x", "y", "z")
 _MUJOCO = {"qpos": 7, "qvel": 6}
 
 
@@ -66,77 +48,56 @@ def engine_source(
     engine: str,
     scene: Scene,
     rename: Mapping[str, str] | None = None,
-    world: World | None = None,
+    world: str = "z-up",
+    axis: str = "z",
 ) -> ColumnSource:
     """Return an engine's state (a file, or arrays in memory) as rigid-body columns in SI.
 
     ``engine`` is a name in ``CONVENTIONS``; ":cm" or ":centre" after it says that the body's
-    origin is the centre of mass, or the centre of the sphere. ``world`` has the engine's axes.
+    origin is the centre of mass, or the centre of the sphere. ``world`` is a key of ``WORLDS``, and
+    ``axis`` the body's axis.
 
     Raises ``InputError``: no such engine or file, or an array is missing or has another shape.
     """
-    convention = _convention(engine)
+    body = scene.body.numbers(float)
+
+    def read(engine: str) -> Convention:
+        return _convention(engine).in_world(world, axis)
+
+    convention = read(engine)
     with closing(open_source(source, rename)) as given:
         widths = _MUJOCO if engine.startswith("mujoco") else _STATE
-        arrays = _arrays(given, widths, convention.scalar_first)
+        raw = _given(_arrays(given, widths, convention.order == OURS.order))
         where = given.where
-    columns = _rigid_body(arrays, convention, scene, world)
+    columns = convert(raw, convention, body).columns
     converted = ColumnSource(list(columns), lambda name: columns[str(name)], {}, where)
     # an engine whose arrays have other names cannot have written the file
     alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
     marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
-    others = {_convention(name): name for name in reversed((*alike, *marked))}
+    others = {read(name): name for name in reversed((*alike, *marked))}
     others.pop(convention, None)
 
-    def convert(other: str, given: Columns, body: Parameters) -> Changed:
-        columns = _rigid_body(arrays, _convention(other), scene, world)
-        changed = {name: values[: len(given["t"])] for name, values in columns.items()}
-        return {**changed, "t": given["t"]}
+    def changed(other: Convention, given: Columns, body: Parameters) -> Changed:
+        rows = raw.part(slice(0, len(given["t"])))
+        return {**convert(rows, other, body).columns, "t": given["t"]}
 
     converted.alternatives = {
-        f"it is read with --from {other}": partial(convert, other)
-        for other in reversed(others.values())
+        f"it is read with --from {name}": partial(changed, other)
+        for other, name in reversed(others.items())
     }
     return converted
 
 
-def _rigid_body(
-    arrays: Mapping[str, Array], convention: EngineFormat, scene: Scene, world: World | None
-) -> dict[str, Array]:
-    """Return the rigid-body columns (SI) of an engine's arrays."""
-    position: Array
+def _given(arrays: Mapping[str, Array]) -> Given:
     if "qpos" in arrays:
-        quaternion, velocity = arrays["qpos"][:, 3:], arrays["qvel"][:, :3]
-        omega, position = arrays["qvel"][:, 3:], arrays["qpos"][:, :3]
-    else:
-        quaternion, velocity = arrays["quaternion"], arrays["velocity"]
-        omega, position = arrays["angular_velocity"], arrays.get("position")
-    if not convention.scalar_first:
-        quaternion = numpy.roll(quaternion, 1, axis=1)
-    # the check of finite numbers reports rows that blew up, and needs them unchanged
-    good = numpy.isfinite(quaternion).all(axis=1) & (numpy.abs(quaternion).max(axis=1) > 0)
-    attitude = numpy.where(good[:, None], quaternion, 1.0).T
-    if convention.in_body_frame:
-        w, x, y, z = attitude
-        turning = rotate((w, x, y, z), (omega[:, 0], omega[:, 1], omega[:, 2]))
-        omega = numpy.stack(turning, axis=1) / (w * w + x * x + y * y + z * z)[:, None]
-    parts = [arrays["t"][:, None], quaternion, omega, velocity]
-    parts += [] if position is None else [position]
-    columns = dict(zip(_RIGID, numpy.hstack(parts).T, strict=False))
-    if world is not None:
-        columns = world.standard(columns)
-    if convention.origin == CENTRE_OF_SPHERE:
-        q = [numpy.where(good, columns[name], 1.0) for name in ("qw", "qx", "qy", "qz")]
-        arm = [float(scene.body.alpha * scene.body.R) * component for component in axis_of(*q)]
-        swing = cross((columns["wx"], columns["wy"], columns["wz"]), (arm[0], arm[1], arm[2]))
-        for axis, name in enumerate(("vcx", "vcy", "vcz")):
-            columns[name] = columns[name] - swing[axis]
-        for axis, name in enumerate(("x", "y", "z") if position is not None else ()):
-            columns[name] = columns[name] - arm[axis]
-    return columns
+        x, q = numpy.hsplit(arrays["qpos"], [3])
+        v, w = numpy.hsplit(arrays["qvel"], [3])
+        return Given(arrays["t"], q.T, w.T, v.T, x.T)
+    q, v, w = (arrays[name].T for name in _STATE)
+    return Given(arrays["t"], q, w, v, arrays["position"].T if "position" in arrays else None)
 
 
-def _convention(engine: str) -> EngineFormat:
+def _convention(engine: str) -> Convention:
     name, colon, origin = engine.partition(":")
     if name not in CONVENTIONS or (colon and origin not in (CENTRE_OF_SPHERE, CENTRE_OF_MASS)):
         raise InputError(
@@ -144,7 +105,7 @@ def _convention(engine: str) -> EngineFormat:
             f"them with :{CENTRE_OF_SPHERE} or :{CENTRE_OF_MASS} behind it"
         )
     convention = CONVENTIONS[name]
-    return convention._replace(origin=origin) if origin else convention
+    return replace(convention, point=origin, place=origin) if origin else convention
 
 
 def _arrays(source: RowSource, widths: Mapping[str, int], scalar_first: bool) -> dict[str, Array]:

@@ -27,7 +27,9 @@ from tt_precise.check.conventions import (
     LIMITS,
     LINEAR_MOMENTUM,
     NEARER,
+    OMEGA,
     OURS,
+    QUATERNION,
     RESOLVED,
     Given,
     fit,
@@ -56,7 +58,6 @@ from tt_precise.check.movement import movement_of, shortest_rotation
 from tt_precise.check.precision import VECTORS, described, precisions, times_of
 from tt_precise.check.result import Cause
 from tt_precise.check.vector_conventions import columns_of, conventions_of_vectors
-from tt_precise.check.worlds import OMEGA, POLAR, QUATERNION
 from tt_precise.mechanics import quantities
 from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
@@ -253,11 +254,8 @@ def given_of(rows: Samples) -> tuple[Given, dict[str, float]]:
     columns = rows.given
     clock = times_of(rows.t)
     half = {name: one.half_unit for name, one in precisions(columns).items()}
-    x = _stacked(columns, "xyz")
     if all(name in columns for name in (*QUATERNION, *OMEGA)):
-        q = numpy.array([columns[name] for name in QUATERNION])
-        v = _stacked(columns, POLAR[0])
-        given = Given(clock.t, q, numpy.array([columns[name] for name in OMEGA]), v, x)
+        given = Given.of_columns(columns).unit._replace(t=clock.t)
         names = HALF_UNITS
     else:
         state = rows.state
@@ -266,15 +264,12 @@ def given_of(rows: Samples) -> tuple[Given, dict[str, float]]:
         v_A = None
         if rows.setup.has_velocity:
             v_A = numpy.array([state.vx, state.vy, 0 * state.vx], dtype=float)
+        x = None
+        if all(name in columns for name in "xyz"):
+            x = numpy.array([columns[name] for name in "xyz"])
         given = Given(clock.t, shortest_rotation(k / norm(k)), L, v_A, x, vectors=True)
         names = OF_VECTORS
     return given, {"t": clock.rounding, **{u: half.get(name, 0.0) for u, name in names.items()}}
-
-
-def _stacked(columns: Mapping[str, Array], names: Sequence[str]) -> Array | None:
-    if any(name not in columns for name in names):
-        return None
-    return numpy.array([columns[name] for name in names])
 
 
 def _scenes_start(rows: Samples) -> Any:
@@ -371,7 +366,8 @@ def _convention(file: FailedFile) -> Candidates:
     elif setup.columns.name == "rigid body":
         given, half = given_of(rows)
         for one in search(given, setup.body, half, scenes)[1]:
-            columns = conventions.rigid_columns(rows.given, one.convention, setup.body)
+            as_file = given._replace(t=rows.given["t"])
+            columns = conventions.convert(as_file, one.convention, setup.body).columns
             ours, causes = file.changed(columns), [Cause("convention", one.convention.words())]
             if one.exactly:
                 yield Candidate(causes, ours, FailedFile.obeyed)

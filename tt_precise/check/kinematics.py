@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy
 
 from tt_precise.check.columns import Samples
+from tt_precise.check.conventions import QUATERNION
 from tt_precise.check.equations import differences, sizes_of
 from tt_precise.check.force_free import Misfit, misfits, norm
 from tt_precise.check.force_free_flow import (
@@ -35,7 +36,6 @@ from tt_precise.check.movement import (
     too_few,
 )
 from tt_precise.check.result import Residual
-from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
 

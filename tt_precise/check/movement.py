@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy
 
 from tt_precise.check.columns import Samples
+from tt_precise.check.conventions import QUATERNION
 from tt_precise.check.force_free import DENSE, LOCAL, Rounding, chunks, norm, spread
 from tt_precise.check.force_free_flow import (
     RigidMotion,
@@ -25,7 +26,6 @@ from tt_precise.check.force_free_flow import (
 )
 from tt_precise.check.precision import times_of
 from tt_precise.check.result import to_one_digit
-from tt_precise.check.worlds import QUATERNION
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion

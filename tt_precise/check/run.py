@@ -25,6 +25,7 @@ from tt_precise.check.columns import (
     choose_set,
     recognised_columns,
 )
+from tt_precise.check.conventions import OURS, Convention, Given, convert
 from tt_precise.check.golden import (
     Compared,
     Position,
@@ -39,7 +40,6 @@ from tt_precise.check.precision import described, times_of
 from tt_precise.check.result import Cause, Result, shortened
 from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
 from tt_precise.check.start import Begin, look_for_start, rounding
-from tt_precise.check.worlds import World
 from tt_precise.golden.solution import TrueSolution
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
@@ -103,8 +103,8 @@ def examine(
     engine
         The engine whose own state ``trajectory`` has: "mujoco", "drake", "bullet", ...
     world, axis
-        The vertical and the handedness of the rigid-body columns, a key of ``worlds.WORLDS``, and
-        the body's symmetry axis, "z", "y" or "x".
+        The handedness and the vertical of the rigid-body columns: "z-up", "y-up",
+        "left-handed-z-up" or "left-handed-y-up"; and the body's symmetry axis, "z", "y" or "x".
     columns
         A mapping from the trajectory's column names to the names of ``columns.COLUMN_SETS``.
     folder
@@ -130,16 +130,16 @@ def examine(
                 f"digits: the solution has the scene's {option}; expected {option} scene"
             )
     scene = load_scene(scene)
-    their_world = World.of_names(world, axis)
+    convention = OURS.in_world(world, axis)
     if engine is not None:
         from tt_precise.check.engine_states import engine_source
 
-        trajectory = engine_source(trajectory, engine, scene, columns or {}, their_world)
-        their_world = World()
+        trajectory = engine_source(trajectory, engine, scene, columns or {}, world, axis)
+        convention = OURS
     # overflow and undefined values fail the check instead of giving a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
         setup = _setup(table, scene, friction, start)
-        file = _load(table, setup, their_world, cutoff, progress)
+        file = _load(table, setup, convention, cutoff, progress)
         examination = _Examination(setup, file, wanted, digits, cutoff, allow)
         return examination.result(TrueSolution(scene, folder, progress))
 
@@ -203,19 +203,20 @@ class _ReadTable(NamedTuple):
 
 
 def _load(
-    table: RowSource, setup: CheckSetup, world: World, cutoff: float, progress: Progress
+    table: RowSource, setup: CheckSetup, convention: Convention, cutoff: float, progress: Progress
 ) -> _ReadTable:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in recognised_columns(table.names) if name not in names]
     whole = table.load(names, also, progress)
-    if not world.is_ours:
+    if convention != OURS:
         if setup.columns.name != "rigid body":
             raise InputError(
                 f"{table.where}: got {setup.columns.name} columns, expected those of a rigid body "
                 "with another world or axis"
             )
-        whole = replace(whole, values=world.standard(whole.values), texts=_no_texts(whole, world))
+        ours = convert(Given.of_columns(whole.values), convention, setup.body).columns
+        whole = _converted(whole, {**whole.values, **ours})
     usable = usable_rows(whole, names, table.where, cutoff)
     rows = len(usable.block)
     if rows < 2 and not usable.broken:
@@ -227,12 +228,14 @@ def _load(
     return _ReadTable(table.where, table.alternatives, whole, usable)
 
 
-def _no_texts(whole: Block, world: World) -> Callable[[int, Sequence[str]], list[Any]]:
-    """Return the numbers of a row that was converted; only its time is as written."""
-    values = world.standard(whole.values)
-    return lambda row, names: [
-        whole.texts(row, ["t"])[0] if name == "t" else float(values[name][row]) for name in names
-    ]
+def _converted(whole: Block, values: dict[str, Array]) -> Block:
+    """Return the block with other columns; only its times are as written."""
+
+    def texts(row: int, names: Sequence[str]) -> list[Any]:
+        time = whole.texts(row, ["t"])[0]
+        return [time if name == "t" else float(values[name][row]) for name in names]
+
+    return replace(whole, values=values, texts=texts)
 
 
 def finiteness(block: Block, also: Sequence[str], broken: NotFinite | None) -> Check:
