@@ -235,8 +235,8 @@ class Given(NamedTuple):
         return {"t": self.t, **dict(itertools.chain(*known))}
 
     @property
-    def unit(self) -> Given:
-        """The same rows with quaternions of length 1."""
+    def of_unit_length(self) -> Given:
+        """Divide the quaternions by their lengths."""
         return self._replace(q=self.q / norm(self.q))
 
     def part(self, rows: Array | slice) -> Given:

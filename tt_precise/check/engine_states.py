@@ -61,20 +61,20 @@ def engine_source(
     """
     body = scene.body.numbers(float)
 
-    def read(engine: str) -> Convention:
+    def convention_of(engine: str) -> Convention:
         return _convention(engine).in_world(world, axis)
 
-    convention = read(engine)
+    convention = convention_of(engine)
     with closing(open_source(source, rename)) as given:
         widths = _MUJOCO if engine.startswith("mujoco") else _STATE
-        raw = _given(_arrays(given, widths, convention.order == OURS.order))
+        raw = _rigid_body(_arrays(given, widths, convention.order == OURS.order))
         where = given.where
     columns = convert(raw, convention, body).columns
     converted = ColumnSource(list(columns), lambda name: columns[str(name)], {}, where)
     # an engine whose arrays have other names cannot have written the file
     alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
     marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
-    others = {read(name): name for name in reversed((*alike, *marked))}
+    others = {convention_of(name): name for name in reversed((*alike, *marked))}
     others.pop(convention, None)
 
     def changed(other: Convention, given: Columns, body: Parameters) -> Changed:
@@ -88,7 +88,7 @@ def engine_source(
     return converted
 
 
-def _given(arrays: Mapping[str, Array]) -> Given:
+def _rigid_body(arrays: Mapping[str, Array]) -> Given:
     if "qpos" in arrays:
         x, q = numpy.hsplit(arrays["qpos"], [3])
         v, w = numpy.hsplit(arrays["qvel"], [3])

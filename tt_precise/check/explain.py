@@ -255,7 +255,7 @@ def given_of(rows: Samples) -> tuple[Given, dict[str, float]]:
     clock = times_of(rows.t)
     half = {name: one.half_unit for name, one in precisions(columns).items()}
     if all(name in columns for name in (*QUATERNION, *OMEGA)):
-        given = Given.of_columns(columns).unit._replace(t=clock.t)
+        given = Given.of_columns(columns).of_unit_length._replace(t=clock.t)
         names = HALF_UNITS
     else:
         state = rows.state
