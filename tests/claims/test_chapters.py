@@ -161,7 +161,8 @@ DEAR = (
     "EQ-02", "EQ-03", "EQ-05", "EQ-19", "EQ-20", "EQ-21", "EQ-32", "EQ-34", "EQ-44", "EQ-49",
     "FIG-02", "FIG-12", "FIG-15", "FIG-19", "NUM-03", "NUM-04", "NUM-05", "NUM-06", "NUM-08",
     "NUM-10", "NUM-18", "NUM-31", "NUM-32", "QUAL-06", "QUAL-22", "QUAL-27", "QUAL-29",
-    "SUM-03", "SUM-06", "SWP-08", "SWP-20", "SWP-24", "TH-01", "TH-03", "TH-07", "TH-09", "TH-11", "TH-14",
+    "SUM-03", "SUM-06", "SWP-08", "SWP-20", "SWP-24", "TH-01",
+    "TH-03", "TH-07", "TH-09", "TH-11", "TH-14",
 )  # fmt: skip
 
 
