@@ -25,7 +25,7 @@ def by_digits(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def found(level: ladder.Level, digits: float, scene: str = "reference", events: int = 0) -> Any:
-    """What the ladder looks at of a run."""
+    """The parts of a run that the ladder looks at."""
     return SimpleNamespace(
         status="complete",
         digits_throughout=digits,
