@@ -33,15 +33,16 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
     own = {"t", *rows.setup.columns.names, *rows.setup.columns.height}
     further = [name for name in rows.given if name not in own]
     open_ = frozenset() if rows.setup.columns.azimuth else HORIZONTAL
+    open_ |= frozenset() if rows.setup.has_velocity else VELOCITIES
     derived = {name: of(rows) for name, of in DERIVED.items() if name in {*further} - open_}
+    left = [name for name in further if name not in derived and name not in followed]
     if rows.setup.columns.azimuth and all(name in further for name in QUATERNION):
         derived |= zip(QUATERNION, _with_the_axis_of_the_state(rows), strict=True)
     if not further:
         return Check(NAME, "pass", 0.0, LIMIT, 0.0, "no further columns", MEANING)
     worst = numpy.zeros(len(rows.t))
     named, bound = "", PRINTED * rounding(rows)
-    units = sizes_of_derived(rows, derived)
-    for name, size in units.items():
+    for name, size in sizes_of_derived(rows, derived).items():
         apart = rows.given[name] - derived[name]
         if name == "phi":
             apart = (apart + numpy.pi) % (2 * numpy.pi) - numpy.pi
@@ -49,8 +50,6 @@ def agreement(rows: Samples, followed: frozenset[str]) -> Check:
         off = numpy.where(numpy.isfinite(off), off, 0.0)  # ``finite`` counts the others
         named = name if off.max() > max(LIMIT, worst.max()) else named
         worst = numpy.maximum(worst, off)
-    whole = {*followed, *(units.keys() & DERIVED.keys())}  # of a quaternion only the axis follows
-    left = [name for name in further if name not in whole]
     lacking = f"{', '.join(left)} not looked at" if left else ""
     note = f"checked {', '.join(further)}"
     if named:
@@ -116,6 +115,8 @@ DERIVED: Mapping[str, Callable[[Samples], Array]] = {
 # Columns that the direction of the axis decides, which Euler angles without phi leave open.
 HORIZONTAL = frozenset(f"{vector}{axis}" for vector in "kLvw" for axis in "xy")
 HORIZONTAL |= {"phi", "vcx", "vcy"}
+# Those that the velocity of the contact point decides.
+VELOCITIES = frozenset(("vx", "vy", "nu_x", "nu_y", "vcx", "vcy"))
 
 
 def sizes_of_derived(rows: Samples, derived: Mapping[str, Array]) -> dict[str, Array]:
