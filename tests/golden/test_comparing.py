@@ -1,6 +1,7 @@
 """A trajectory is as far from golden data as it was put there."""
 
 import math
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,17 @@ def test_an_error_shows_in_its_column_at_its_time(small: Small, tmp_path: Path) 
     assert found.over_time["t"].to_list()[found.over_time["omega_3"].argmin()] == 0.03
     found.save(tmp_path / "digits.png")
     assert (tmp_path / "digits.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_error_in_a_row_leaves_the_digits_of_the_others(small: Small) -> None:
+    frame = tt.golden.load("reference", "text", folder=small.folder)
+    cells = [f"{Decimal(cell):.19e}" for cell in frame["phi_dot"]]
+    cells[3] = repr(float(cells[3]) * (1 + 1e-7))
+    digits = compared(small, frame.assign(phi_dot=cells)).over_time["phi_dot"].to_list()
+    *before, wrong, fifth, sixth = digits[:6]
+    assert 10 < wrong < 11
+    assert min(*before, fifth, sixth) > 19
+    assert max(*before[1:], fifth, sixth) < 24
 
 
 @pytest.mark.parametrize(

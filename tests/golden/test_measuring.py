@@ -1,16 +1,11 @@
 """Rows against the true ones at their times: errors count by the size of their column."""
 
-import random
-from collections.abc import Sequence
 from decimal import Decimal
-from itertools import cycle
 from typing import Any
 
 import numpy
 import pytest
 
-from tests.conftest import Patch, more
-from tt_precise.check.golden import digits_over_time
 from tt_precise.golden import measuring
 from tt_precise.golden.digits import EXACTLY
 from tt_precise.golden.measuring import RowDistances, TrueRows
@@ -57,56 +52,6 @@ def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
     values = {"phi": numpy.array(cells, float)}
     measured = true.measure(true.times, values, lambda row, names: [cells[row]])
     assert digits <= measured.digits()["phi"].min() < digits + 2
-
-
-def spoiled(cell: str, error: float, digits: int) -> str:
-    """A printed number with a relative error, written with so many digits."""
-    factor = EXACTLY.add(1, Decimal(f"{error:.20e}"))
-    return f"{EXACTLY.multiply(Decimal(cell), factor):.{digits - 1}e}" if cell else ""
-
-
-def found_of(true: TrueRows, cells: dict[str, list[str]], **how: bool) -> tuple[int, object]:
-    """At how many entries decimals were looked at, and what the checks make of the errors."""
-    looked = 0
-
-    def exactly(row: int, names: Sequence[str]) -> list[str]:
-        nonlocal looked
-        looked += len(names)
-        return [cells[name][row] for name in names]
-
-    values = {n: numpy.array([float(one or "nan") for one in c]) for n, c in cells.items()}
-    found = true.measure(true.times, values, exactly, **how)
-    rows = int(found.compared.sum())
-    return looked, (found.fewest(), found.at, rows, digits_over_time(found, 0.0))
-
-
-@pytest.mark.parametrize(
-    "scene",
-    [more("reference"), more("upright"), "contact-lost", "flight"],
-)
-def test_sparing_decimals_changes_no_figure(scene: str, monkeypatch: Patch) -> None:
-    stored = read_files(scene)
-    true = TrueRows.of_table(stored.scene, stored.trajectory)
-    seed = random.Random(scene)
-    spared = differing = 0
-    errors = (0, 1e-33, 1e-17, 3e-16, 1e-15, 1e-14, 1e-13, 3e-13, 1e-11)
-    for largest, digits in zip(errors, cycle((16, 34, 17, 18, 17)), strict=False):
-        cells = {
-            name: [
-                spoiled(cell, seed.uniform(-1, 1) * largest, digits)
-                for cell in stored.trajectory.column(name)
-            ]
-            for name in true.names
-        }
-        every, expected = found_of(true, cells)
-        some, figures = found_of(true, cells, largest_only=True)
-        assert figures == expected, (largest, digits)
-        spared += every - some
-        with monkeypatch.context() as without:  # the control: doubles alone
-            without.setattr(measuring, "FIGURES", -1.0)
-            differing += found_of(true, cells, largest_only=True)[1] != expected
-    assert spared > 0
-    assert differing > 0
 
 
 NAN = numpy.nan

@@ -23,8 +23,6 @@ from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene
 
 EPS = float(numpy.finfo(float).eps)
-TINY = float(numpy.finfo(float).tiny)
-FIGURES = 1e-8  # relative; far above the rounding of an error
 FAR = 1000  # roundings; a larger error is known to three digits without regard to them
 SAME_TIME = 4 * EPS  # relative; a row at a golden time may miss it by a rounding
 REVOLUTION = Decimal("6.283185307179586476925286766559005768394338798750211641949889185")
@@ -141,17 +139,13 @@ class TrueRows:
         values: Mapping[str, numpy.ndarray],
         exactly: Callable[[int, Sequence[str]], Sequence[Scalar]] | None,
         agreeing: float = AGREEING,
-        *,
-        largest_only: bool = False,
     ) -> RowDistances:
         """The distance of rows with strictly increasing times ``t`` (s) from the true rows.
 
         ``values`` are the columns of the rows in double, NaN where there is no number.
         ``exactly(row, names)`` gives the original numbers of one row; without ``exactly`` errors
         are those of doubles. A row at another time is not compared, except a row at an early end of
-        the solution that agrees with this end to ``agreeing``. With ``largest_only`` an error that
-        is certainly not the largest of its column is computed without decimals, and may be off by
-        two roundings of the entry.
+        the solution that agrees with this end to ``agreeing``.
         """
         names = [name for name in values if name in self.names]
         nearest, delays = self._nearest(t)
@@ -160,13 +154,13 @@ class TrueRows:
         measured.start[:] = here & (nearest == 0)
         with numpy.errstate(all="ignore"):  # a missing number has an infinite error
             at = numpy.flatnonzero(here)
-            self._measure_here(measured, at, nearest, values, exactly, largest_only)
+            self._measure_here(measured, at, nearest, values, exactly)
             if self.times[-1] < float(self._scene.until):
                 at_end = (nearest == len(self.times) - 1) & ~measured.compared
                 at_end &= abs(delays) <= agreeing * self.times[-1]
                 at = numpy.flatnonzero(at_end)
                 ended = RowDistances.nothing(t, names, at_end)
-                self._measure_here(ended, at, nearest, values, exactly, largest_only)
+                self._measure_here(ended, at, nearest, values, exactly)
                 at = at[ended.worst()[at] <= agreeing]
                 for name in names:
                     measured.errors[name][at] = ended.errors[name][at]
@@ -181,7 +175,6 @@ class TrueRows:
         nearest: numpy.ndarray,
         values: Mapping[str, numpy.ndarray],
         exactly: Callable[[int, Sequence[str]], Sequence[Scalar]] | None,
-        largest_only: bool,
     ) -> None:
         rows = nearest[here]
         close: dict[int, list[str]] = {}
@@ -196,11 +189,6 @@ class TrueRows:
                 continue
             # errors near the rounding to double are computed in decimals
             rounded = apart <= FAR * EPS * numpy.fmax(abs(given), abs(true))
-            if largest_only:
-                # what two roundings may add to an error or take from it, with a margin
-                slack = (2 * EPS * (abs(given) + abs(true)) + TINY) / self._sizes[name][rows]
-                least = numpy.fmax.reduce(numpy.where(rounded, error - slack, error), initial=0)
-                rounded &= (error + slack) * (1 + FIGURES) >= least
             for at in here[rounded].tolist():
                 close.setdefault(at, []).append(name)
         if exactly is None:

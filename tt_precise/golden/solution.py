@@ -112,9 +112,7 @@ class TrueSolution:
         agreeing = AGREEING if digits is None else 10.0**-digits
         true, _, ended = self._golden
         if true is not None and needs <= {*true.names} and self._golden_answer(rows, agreeing):
-            measured = true.measure(
-                rows.t, rows.values, rows.exactly, agreeing, largest_only=True
-            )  # fmt: skip
+            measured = true.measure(rows.t, rows.values, rows.exactly, agreeing)
             beyond = ended if (rows.t > true.times[-1]).any() else ""
             return Distance(measured, "at golden times", float(true.times[-1]), beyond)
         return self._integrate(rows, digits, agreeing)
@@ -216,7 +214,6 @@ def _measure(
         {name: values[part] for name, values in rows.values.items()},
         (lambda row, names: rows.exactly(int(part[row]), names)) if exact else None,
         agreeing,
-        largest_only=True,
     )
     measured.compared[part] = found.compared
     for name, errors in found.errors.items():
