@@ -7,14 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from PIL import Image
 
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.reading import changes
 from tt_precise.integration.views import (
+    DPI,
     ELEVATION,
     PEG,
     PEG_END,
+    _images,
     _Picture,
     _seen,
     _towards,
@@ -165,6 +169,26 @@ def test_pictures_that_move_have_their_frames(short: Trajectory, tmp_path: Path)
         assert picture.convert("RGB").tobytes() != first.tobytes()
         assert picture.size == (720, 468)
     assert done[-1] == 1
+
+
+def test_a_frame_is_a_picture_of_everything(short: Trajectory) -> None:
+    """What does not move is drawn once; the spines, which a full drawing has on top, differ."""
+
+    def picture() -> tuple[Figure, _Picture]:
+        drawn = plotting.new_figure(6.0, 3.9)
+        drawn.set_layout_engine("none")
+        return drawn, _Picture(drawn, sampled(short.run, 0.0, 0.4, 3), "a title")
+
+    drawn, moving = picture()
+    frames = [np.asarray(image) for image in _images(drawn, [moving], 3, lambda part: None)]
+    drawn, moving = picture()
+    for artist in moving.show(2):
+        artist.set_animated(False)
+    drawn.set_dpi(DPI)
+    canvas = FigureCanvasAgg(drawn)
+    canvas.draw()
+    differ = [(np.asarray(canvas.buffer_rgba()) != frame).any(axis=2).mean() for frame in frames]
+    assert differ[2] < 1e-3 < differ[1] < differ[0]
 
 
 def test_an_animation_needs_no_network(short: Trajectory, tmp_path: Path) -> None:

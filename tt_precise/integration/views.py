@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from html import escape
 from pathlib import Path, PosixPath
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
+    from PIL.Image import Image
 
     from tt_precise.scene.scene import Scene
 
@@ -211,8 +212,6 @@ def animate(
     Raises ``InputError``: an unknown suffix, an empty span of time, no frames, a trajectory without
     a pose, or .mp4 without ffmpeg.
     """
-    from matplotlib import animation
-
     target = Animation(path)
     named = {label or _name_of(run.scene): run, **others}
     if not (0 < fps <= MOST_FRAMES and 0 < seconds <= MOST_FRAMES / fps):
@@ -228,9 +227,8 @@ def animate(
         motions = [playable(one, begin, last, seconds, name) for name, one in runs.items()]
         atomic_write(target, player.page(motions))
         return target
-    gif = target.suffix.lower() == ".gif"
-    writer = animation.PillowWriter(fps) if gif else animation.FFMpegWriter(fps)
     count = max(2, round(seconds * fps))
+    bar = progress_bar("frames") if progress is None else nullcontext(progress)
     with plotting.styled():
         drawn = plotting.new_figure(6.0 * len(runs), 3.9)
         drawn.set_layout_engine("none")
@@ -240,18 +238,53 @@ def animate(
                 drawn.subfigures(1, len(runs), squeeze=False)[0], runs.items(), strict=True
             )
         ]
-
-        def show(number: int) -> list[Artist]:
-            return [artist for picture in pictures for artist in picture.show(number)]
-
-        moving = animation.FuncAnimation(drawn, show, frames=count, interval=1000 / fps)
-        bar = progress_bar("frames") if progress is None else nullcontext(progress)
         with replacing(target) as temporary, bar as report:
-            moving.save(
-                temporary, writer=writer, dpi=DPI,
-                progress_callback=lambda done, total: report((done + 1) / count),
-            )  # fmt: skip
+            images = _images(drawn, pictures, count, report)
+            if target.suffix.lower() == ".gif":
+                _save_gif(temporary, images, fps)
+            else:
+                _save_mp4(temporary, images, fps, drawn)
     return target
+
+
+def _images(
+    drawn: Figure, pictures: Sequence[_Picture], count: int, report: Progress
+) -> Iterator[Image]:
+    """The frames as images; what does not move is drawn once."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    drawn.set_dpi(DPI)
+    canvas = FigureCanvasAgg(drawn)
+    canvas.draw()
+    still = canvas.copy_from_bbox(drawn.bbox)
+    for number in range(count):
+        canvas.restore_region(still)
+        for picture in pictures:
+            for artist in picture.show(number):
+                artist.draw(canvas.get_renderer())
+        yield Image.fromarray(numpy.array(canvas.buffer_rgba()))
+        report((number + 1) / count)
+
+
+def _save_gif(path: Path, images: Iterator[Image], fps: int) -> None:
+    """Write images in the colours of the first, which has every artist."""
+    from PIL.Image import Dither, Quantize
+
+    first = next(images).convert("RGB").quantize(method=Quantize.FASTOCTREE)
+    others = (image.convert("RGB").quantize(palette=first, dither=Dither.NONE) for image in images)
+    first.save(path, "GIF", save_all=True, append_images=others, duration=int(1000 / fps), loop=0)
+
+
+def _save_mp4(path: Path, images: Iterator[Image], fps: int, drawn: Any) -> None:
+    from matplotlib import animation
+
+    writer = animation.FFMpegWriter(fps)
+    with writer.saving(drawn, path, DPI):
+        for image in images:
+            # the writer takes what the figure saves, which would draw all of it again
+            drawn.savefig = lambda file, of=image, **_: file.write(of.tobytes())
+            writer.grab_frame()
 
 
 def playable(
@@ -358,7 +391,7 @@ class _Picture:
         orange, grey = plotting.ORANGE, plotting.GREY
         (self.path,) = above.plot([], [], color=orange, linewidth=1.1)
         (self.spot,) = above.plot([], [], "o", color=orange, markersize=4)
-        self.grid = [self.near.plot([], [], color="#dddddd", linewidth=0.6)[0] for _ in range(26)]
+        (self.grid,) = self.near.plot([], [], color="#dddddd", linewidth=0.6)
         (self.trail,) = self.near.plot([], [], color=orange, linewidth=1.2, zorder=1)
         self.ball = Circle((0, 0), 1, facecolor="#eef4fa", edgecolor=grey, linewidth=1, zorder=3)
         self.near.add_patch(self.ball)
@@ -371,6 +404,12 @@ class _Picture:
         )
         angle = numpy.linspace(0, 2 * numpy.pi, CIRCLE_POINTS)
         c, s, none = numpy.cos(angle), numpy.sin(angle), 0 * angle
+        self.moving: list[Artist] = [
+            self.clock, self.path, self.spot, self.grid, self.trail, self.ball,
+            *self.back, *self.front, self.peg,
+        ]  # fmt: skip
+        for artist in self.moving:
+            artist.set_animated(True)
         # two meridians, the equator and a circle round the peg, fixed in the body
         self.circles = [
             numpy.stack(points)
@@ -380,7 +419,7 @@ class _Picture:
         ]  # fmt: skip
 
     def show(self, number: int) -> list[Artist]:
-        """Move everything to frame ``number``."""
+        """Move everything to frame ``number``; returns what moves, the farthest first."""
         turn, now = self.frames.turn[number], FINER * number
         place, past = self.track[now], self.track[: now + 1]
         middle = numpy.array([[0.0], [0.0], [1.0]])  # of the sphere, seen by an eye that follows
@@ -402,21 +441,17 @@ class _Picture:
         self.clock.set_text(
             f"t = {self.frames.t[number]:.3f} s, theta = {self.frames.theta[number]:.3f} rad"
         )
-        return []
+        return sorted(self.moving, key=lambda artist: artist.get_zorder())
 
     def _table(self, position: Array) -> None:
         """Lines on the table, half a radius apart, as seen by an eye that follows the top."""
-        reach, half = 3.0, len(self.grid) // 2
-        shift = -(position[:2] % 0.5)
-        for number, line in enumerate(self.grid):
-            offset = (number % half - half // 2) * 0.5
-            ends = numpy.array([-reach, reach])
-            level = numpy.zeros(2)
-            if number < half:
-                points = numpy.stack([level + offset + shift[0], ends, level])
-            else:
-                points = numpy.stack([ends, level + offset + shift[1], level])
-            line.set_data(*_seen(points))
+        reach = 3.0
+        ends = numpy.array([-reach, reach, numpy.nan])  # NaN between two lines
+        steady = numpy.arange(-reach, reach + 0.5, 0.5)
+        x, y = (numpy.repeat(steady - place % 0.5, 3) for place in position[:2])
+        along = numpy.tile(ends, len(steady))
+        points = numpy.stack([numpy.append(x, along), numpy.append(along, y)])
+        self.grid.set_data(*_seen(numpy.vstack([points, 0 * points[:1]])))
 
 
 def peg_ends(kz: float) -> tuple[float, float]:
