@@ -172,7 +172,7 @@ def test_pictures_that_move_have_their_frames(short: Trajectory, tmp_path: Path)
 
 
 def test_a_frame_is_a_picture_of_everything(short: Trajectory) -> None:
-    """What does not move is drawn once; the spines, which a full drawing has on top, differ."""
+    """Still parts are drawn once; a full drawing has the spines on top, and differs there."""
 
     def picture() -> tuple[Figure, _Picture]:
         drawn = plotting.new_figure(6.0, 3.9)
