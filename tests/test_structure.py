@@ -101,7 +101,7 @@ NO_NUMBERS = {
     for name in (
         "_version", "runtime",
         *(f"runtime.{tool}" for tool in (
-            "cache", "player", "plotting", "process", "tables", "terminal", "workers",
+            "cache", "called", "player", "plotting", "process", "tables", "terminal", "workers",
         )),
     )
 }  # fmt: skip

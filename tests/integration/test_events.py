@@ -201,6 +201,9 @@ def test_events_that_were_not_asked_for_are_not_there(half: Scene) -> None:
     scene_asks = replace(half, events=ALL)
     assert not integrate(scene_asks).events.empty
     assert integrate(scene_asks, events=()).events.empty
+    with pytest.raises(InputError, match=r"event_frame: .* no events, expected some: tt.integrate"):
+        integrate(half).event_frame("theta")
+    assert integrate(half, events=["Lk_equals_minus_Lz"]).event_frame("theta").empty
 
 
 def test_rolling_scenes_have_no_gliding_events() -> None:

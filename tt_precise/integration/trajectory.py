@@ -335,7 +335,7 @@ class Trajectory(Hints):
 
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
         """
-        return self.event_frame(*self.run.columns.names)
+        return self._events(self.run.columns.names, "exact")
 
     def event_frame(self, *names: Any, numbers: Numbers = "exact") -> pandas.DataFrame:
         """The recorded events in order of time: name, t (s), direction, and the columns ``names``.
@@ -343,7 +343,18 @@ class Trajectory(Hints):
         ``names`` are columns as in ``frame``, but no drifts: a quantity, one's own with its errors
         ("error:NAME"), "error:t", and "digits". An event that ends a segment has the values just
         before it. ``numbers`` is as in ``frame``.
+
+        Raises ``InputError``: the run looked for no events.
         """
+        found = self._events(names, numbers)
+        if not (len(found) or self.setup.events):
+            raise InputError(
+                f"event_frame: got a run of {self.scene.name} that looked for no events, expected "
+                'some: tt.integrate(scene, events=["extremum:g_n"])'
+            )
+        return found
+
+    def _events(self, names: Sequence[Any], numbers: Numbers) -> pandas.DataFrame:
         import pandas
 
         require_name("numbers", numbers, get_args(Numbers))

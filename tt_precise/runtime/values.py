@@ -54,7 +54,8 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
 MEANT = {
     "jellett": "lambda", "lambda": "jellett", "energy": "E", "routh": "D", "normalforce": "g_n",
     "force": "g_n", "spin": "omega_3", "tilt": "theta", "inclination": "theta", "angle": "theta",
-    "slip": "gliding_speed", "speed": "gliding_speed", "precession": "phi_dot", "friction": "mu",
+    "slip": "gliding_speed", "speed": "gliding_speed", "va": "gliding_speed",
+    "precession": "phi_dot", "friction": "mu",
     "mass": "m", "radius": "R", "gravity": "g", "inversion": "equator", "duration": "until",
     "tend": "until", "tmax": "until", "tspan": "until", "dt": "sample_every", "rtol": "tolerance",
     "value": "threshold", "t": "times", "at": "times", "dd": "double-double", "dps": "digits",
