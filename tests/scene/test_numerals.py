@@ -76,13 +76,39 @@ def test_a_time_may_stand_in_an_array_without_axes() -> None:
         as_fraction(numpy.array(math.nan))
 
 
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("25 rev/s", "rad/s", WithPi(Fraction(0), Fraction(50))),
+        ("-1500rpm", "rad/s", WithPi(Fraction(0), Fraction(-50))),
+        ("10 deg/s", "rad/s", WithPi(Fraction(0), Fraction(1, 18))),
+        ("pi/2 rad", "rad", WithPi(Fraction(0), Fraction(1, 2))),
+    ],
+)
+def test_a_unit_follows_its_number(text: str, unit: str, value: WithPi) -> None:
+    assert parse(text, unit=unit) == value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "said"),
+    [
+        ("1 deg", "rad/s", 'or, with a unit, "10 rad/s", "10 deg/s", "10 rev/s", "10 rpm"'),
+        ("pi deg", "rad", 'or, with a unit, "10 rad", "10 deg"'),
+        ("20 mm", "", "a string without a unit, in SI or as its key says"),
+    ],
+)
+def test_another_unit_is_refused(text: str, unit: str, said: str) -> None:
+    with pytest.raises(InputError, match=f"got '{text}', expected .*{said}"):
+        parse(text, unit=unit)
+
+
 def test_a_multiple_of_pi_has_100_digits() -> None:
     """Against mpmath's own pi; ``read`` keeps it apart, so that pi itself stays exact."""
     with mpmath.workdps(130):
         for text, value in (("-pi/18", -mpmath.pi / 18), ("pi/2 - 0.01", mpmath.pi / 2 - 0.01)):
             found = mpmath.mpf(exact(text).numerator) / exact(text).denominator
             assert 0 < abs(found / value - 1) < mpmath.mpf(10) ** (-99 if "18" in text else -16)
-    assert parse("10 deg", unit="deg") == parse("pi/18") == WithPi(Fraction(0), Fraction(1, 18))
+    assert parse("10deg", unit="rad") == parse("pi/18") == WithPi(Fraction(0), Fraction(1, 18))
     assert parse("pi - 1e-9") == WithPi(Fraction(-1, 10**9), Fraction(1))
     assert exact("pi/18") == exact("10*pi/180") != Fraction(math.pi / 18)
 

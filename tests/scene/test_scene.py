@@ -356,7 +356,7 @@ def test_degrees_and_shares_of_pi(text: str, same: str) -> None:
     assert Inclination.parse(text) == Inclination.parse(same)
 
 
-def test_rates_may_be_in_degrees() -> None:
+def test_rates_may_be_in_degrees_or_turns() -> None:
     start = parsed(TEXT.replace('"155"', '"180 deg/s"')).start
     assert start.omega_3 == exact("pi")
     assert "nu_x: got '1 deg/s'" in refused(TEXT.replace("[run]", 'nu_x = "1 deg/s"\n[run]'))

@@ -83,6 +83,8 @@ def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[fl
         ({"theta": "0:16/5:3"}, r"theta: got 3\.2, expected 0 <= theta <= pi"),
         ({"theta": "1e400"}, "vary theta: got a number of 401 digits"),
         ({"mu": "10 deg"}, "vary mu: got '10 deg'"),
+        ({"theta": "1,2,3 deg"}, "vary theta: got 1 without a unit, expected one"),
+        ({"theta": "1:9:5 deg"}, "first:last:count such as 1deg:9deg:5"),
         ({"I3": "0.4,0.8"}, "I3"),
         ({"I1": "3e-6", "I3": "3.1e-6"}, r"body\.I1: got .* in units of m R\^2"),
         ({"m": "0.02", "m_g": "20"}, r"body\.m_g: got another key for m too"),

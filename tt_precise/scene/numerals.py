@@ -25,7 +25,7 @@ _FACTOR = rf"(?:{_DECIMAL}|pi)"
 _PRODUCT = rf"{_FACTOR}(?:\s*[*/]\s*{_FACTOR}){{0,3}}"
 _EXPRESSION = re.compile(
     rf"(?P<sign>[+-]?)\s*(?P<first>{_PRODUCT})"
-    rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s+(?P<unit>deg(?:/s)?))?",
+    rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s*(?P<unit>[a-z/]+))?",
     re.ASCII,
 )
 _LETTERS = string.ascii_letters + "/^2 "  # of units
@@ -49,6 +49,13 @@ class WithPi(NamedTuple):
     plain: Fraction
     of_pi: Fraction = Fraction(0)
 
+    def __mul__(self, other: Any) -> WithPi:
+        """The product; raises ``ArithmeticError`` if it has pi squared."""
+        if self.of_pi and other.of_pi:
+            raise ArithmeticError
+        mixed = self.plain * other.of_pi + self.of_pi * other.plain
+        return WithPi(self.plain * other.plain, mixed)
+
     @property
     def rational(self) -> Fraction:
         """The number itself, or the decimal of ``IRRATIONAL_DIGITS`` digits nearest to it."""
@@ -57,6 +64,17 @@ class WithPi(NamedTuple):
         value = self.plain + self.of_pi * PI
         with decimal.localcontext(prec=IRRATIONAL_DIGITS):
             return Fraction(decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator))
+
+
+ONE = WithPi(Fraction(1))
+# The units that may follow a number, by the unit of the entry, and their values in that unit.
+UNITS = {
+    "rad": {"rad": ONE, "deg": WithPi(Fraction(0), Fraction(1, 180))},
+    "rad/s": {
+        "rad/s": ONE, "deg/s": WithPi(Fraction(0), Fraction(1, 180)),
+        "rev/s": WithPi(Fraction(0), Fraction(2)), "rpm": WithPi(Fraction(0), Fraction(1, 30)),
+    },
+}  # fmt: skip
 
 
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
@@ -71,7 +89,7 @@ def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
 
 
 def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
-    """Read a number as ``exact``, with pi apart; ``unit`` is "deg" or "deg/s" where allowed.
+    """Read a number as ``exact``, with pi apart, in ``unit``, a key of ``UNITS`` where it has one.
 
     Raises ``InputError``: as ``exact``.
     """
@@ -79,9 +97,11 @@ def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> 
     if number is None:
         with_unit = isinstance(value, str) and _parse(value.rstrip(_LETTERS), "") is not None
         alone = " without a unit, in SI or as its key says (m_g, R_mm)" if with_unit else ""
+        units = ", ".join(f'"10 {one}"' for one in UNITS.get(unit, ()))
         raise InputError(
-            f"{what}: got {shortened(value)}, expected an exact number as a string{alone}, such as "
-            '"0.02", "1e-9", "131/350" or "0.004/0.017"' + (f', or "10 {unit}"' if unit else "")
+            f"{what}: got {shortened(value)}, expected an exact number as a string"
+            f'{"" if units else alone}, such as "0.02", "1e-9", "131/350" or "0.004/0.017"'
+            + (f" or, with a unit, {units}" if units else "")
         )
     for part in number:
         if max(part.numerator.bit_length(), part.denominator.bit_length()) > MOST_BITS:
@@ -100,7 +120,8 @@ def _parse(value: Any, unit: str) -> WithPi | None:
     if isinstance(value, str) and len(value) <= LONGEST:
         form = _EXPRESSION.fullmatch(value.strip())
         with suppress(ArithmeticError):
-            return _evaluated(form) if form and (form["unit"] or unit) == unit else None
+            factor = UNITS.get(unit, {}).get(form["unit"]) if form and form["unit"] else ONE
+            return _evaluated(form) * factor if form and factor else None
     return None
 
 
@@ -114,10 +135,6 @@ def _evaluated(form: re.Match[str]) -> WithPi:
             raise ArithmeticError
         sign = -1 if form["operator"] == "-" else 1
         plain, of_pi = plain + sign * more.plain, of_pi + sign * more.of_pi
-    if form["unit"]:
-        if of_pi:
-            raise ArithmeticError
-        return WithPi(Fraction(0), plain / 180)
     return WithPi(plain, of_pi)
 
 

@@ -12,6 +12,7 @@ from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
 from tt_precise.scene.numerals import (
     PI,
+    UNITS,
     as_fraction,
     decimal_of,
     exact,
@@ -45,7 +46,7 @@ class Inclination(NamedTuple):
 
         A multiple of pi is rounded to 100 digits, but pi itself is exact.
         """
-        number = parse(decimal_of(value), "theta", "deg")
+        number = parse(decimal_of(value), "theta", "rad")
         angle = cls(-number.plain, True) if number.of_pi == 1 else cls(number.rational)
         if _NEARLY_PI < angle.offset < PI:
             angle = cls(PI - angle.offset, not angle.from_pi)
@@ -104,7 +105,7 @@ class Start:
         if not isinstance(given, Inclination):
             object.__setattr__(self, "theta", Inclination.parse(given))
         for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
-            unit = "" if name.startswith("nu") else "deg/s"
+            unit = ANGLES.get(name, "")
             value = within_doubles(written(getattr(self, name), name, unit), name)
             object.__setattr__(self, name, value)
 
@@ -126,7 +127,7 @@ class Start:
         kind = LiftedStart if values.keys() & set(LIFTED) else Start
         start = kind(**{"omega_3": Fraction(0), **values})
         if PSI_DOT in given:
-            start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT, "deg/s"))
+            start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT, ANGLES[PSI_DOT]))
         if given.get(AT_REST, CONTACT_POINT) == CENTRE_OF_MASS:
             start = _with_centre_at_rest(start, body)
         return start
@@ -167,8 +168,8 @@ class LiftedStart(Start):
             object.__setattr__(self, name, value)
 
 
-# Entries that may be in degrees, and the unit behind their number.
-ANGLES = {"theta": "deg"} | dict.fromkeys(("theta_dot", "phi_dot", "omega_3", PSI_DOT), "deg/s")
+# Angles and rates, and their units in SI; others may stand behind a number (``numerals.UNITS``).
+ANGLES = {"theta": "rad"} | dict.fromkeys(("theta_dot", "phi_dot", "omega_3", PSI_DOT), "rad/s")
 _ENTRIES = tuple(field.name for field in fields(Start))
 LIFTED = ("height", "rise")
 START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
@@ -184,10 +185,12 @@ def _check_keys(given: Mapping[str, Json]) -> None:
         if name not in START_KEYS:
             shown = str(name)[:60]
             shown = shown if shown.isprintable() else repr(shown)
-            entry, in_degrees, _ = shown.partition("_deg")
             expected = f"only: {', '.join(sorted(START_KEYS))}"
-            if in_degrees and entry in ANGLES:
-                expected = f'{entry} = "{str(value)[:20]} {ANGLES[entry]}", or {entry} in SI'
+            for entry, unit in ((e, u) for e, si in ANGLES.items() for u in UNITS[si]):
+                if shown.replace("_", "/").removeprefix(entry.replace("_", "/")) in (
+                    f"/{unit}", f"/{unit.removesuffix('/s')}"
+                ):  # fmt: skip
+                    expected = f'{entry} = "{str(value)[:20]} {unit}", or {entry} in SI'
             raise InputError(f"unknown key start.{shown}, expected {expected}")
     if "omega_3" in given and PSI_DOT in given:
         raise InputError(

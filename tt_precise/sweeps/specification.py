@@ -8,6 +8,7 @@ other values are the scene's. So a row can be recomputed from its own line of th
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -31,14 +32,14 @@ from tt_precise.runtime.values import Array, InputError, Json, whole_number, wro
 from tt_precise.scene.body import UNIT_KEYS, require_si
 from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
-from tt_precise.scene.start import LIFTED, LiftedStart
+from tt_precise.scene.start import ANGLES, LIFTED, LiftedStart
 from tt_precise.sweeps.columns import check_names
 
 STARTS = tuple(one.name for one in fields(Start))
-UNITS = {"theta": "deg", **dict.fromkeys(("theta_dot", "phi_dot", "omega_3", "psi_dot"), "deg/s")}
 SI = {
     "m": "kg", "R": "m", "I1": "m R^2", "I3": "m R^2", "g": "m/s^2", "height": "m", "rise": "m/s"
 }  # fmt: skip
+_UNIT = re.compile(r"\d\s*[a-z/]+\s*$")
 MOST_VALUES = 1_000_000  # Values of an axis.
 LARGEST_SEED = 2**64 - 1
 MOST_SAMPLES = 10_000_000  # Samples of a box, which stay in memory.
@@ -241,18 +242,19 @@ def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
     if isinstance(values, str) and (":" in values or ".." in values):
         parts = values.split(":")
         if len(parts) != 3 or not parts[2].strip().isdecimal() or int(parts[2]) < 2:
+            example = "1deg:9deg:5" if name == "theta" else "-200:200:801"
             raise InputError(
                 f"vary {name}: got {values[:60]!r}, expected values such as 0.05,0.1,0.2 or "
-                "first:last:count such as -200:200:801"
+                f"first:last:count such as {example}"
             )
-        first, last = (_number(name, part, "vary") for part in parts[:2])
+        first, last = _numbers(name, parts[:2], "vary")
         count = int(parts[2])
         if count > MOST_VALUES:
             raise InputError(f"vary {name}: got {count} values, expected at most {MOST_VALUES}")
         return tuple(first + (last - first) * i / (count - 1) for i in range(count))
     given = values.split(",") if isinstance(values, str) else values
     given = given if isinstance(given, Iterable) else [given]
-    numbers = tuple(_number(name, value, "vary") for value in given)
+    numbers = _numbers(name, given, "vary")
     if not numbers:
         raise InputError(f"vary {name}: got no value, expected at least one")
     return numbers
@@ -263,15 +265,24 @@ def box_ends(name: str, ends: Ends) -> tuple[Fraction, Fraction]:
     parts = tuple(ends.split(":")) if isinstance(ends, str) else tuple(ends)
     if len(parts) != 2:
         raise InputError(f"box {name}: got {str(ends)[:60]!r}, expected low:high such as -15:15")
-    low, high = (_number(name, part, "box") for part in parts)
+    low, high = _numbers(name, parts, "box")
     if not low < high:
         raise InputError(f"box {name}: got {low}:{high}, expected the lower end first")
     return low, high
 
 
-def _number(name: str, value: Any, what: str) -> Fraction:
-    what = f"{what} {name}"
-    return within_doubles(written(value, what, UNITS.get(name, "")), what)
+def _numbers(name: str, values: Iterable[Any], what: str) -> tuple[Fraction, ...]:
+    """The exact numbers of an entry; refuses "1,2,3 deg", whose first two would be in rad."""
+    what, values, unit = f"{what} {name}", list(values), ANGLES.get(name, "")
+    numbers = tuple(within_doubles(written(value, what, unit), what) for value in values)
+    texts = [str(value) for value in values]
+    bare = [text for text, number in zip(texts, numbers, strict=True)
+            if number and not ("pi" in text or _UNIT.search(text))]  # fmt: skip
+    if bare and any(map(_UNIT.search, texts)):
+        raise InputError(
+            f"{what}: got {bare[0]} without a unit, expected one, as behind the others"
+        )
+    return numbers
 
 
 # ---- a sweep as a file -----------------------------------------------------------------------
