@@ -1,6 +1,7 @@
 """The finder of thresholds: against rows of a sweep, the theorem, and known answers."""
 
 import json
+import math
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -123,6 +124,8 @@ def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
     soon = find("reference", "theta", "0:0.1", until=8, digits=1, points=2)
     assert not soon.isolated
     assert soon.threshold is not None
+    degrees = math.degrees(soon.threshold)
+    assert f" rad ({degrees:.6g} deg)\n" in "\n".join(threshold.lines(soon))
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ answers at both ends of the last bracket, which are compared with Theorem 1.1 wh
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Context, Decimal
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from tt_precise.exact.thresholds import theorem
 from tt_precise.integration.setup import refused_in_doubles
+from tt_precise.runtime.called import refuse_calls
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import (
     Hints,
@@ -33,6 +35,8 @@ from tt_precise.sweeps.specification import Ends, box_ends, unit_of, variable
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
+
+refuse_calls(__name__, 'tt.threshold.find(scene, "omega_3", (20, 260))')
 
 Goal = Literal["equator", "inverted", "contact_lost", "contact_kept"]
 GOALS = {
@@ -326,8 +330,9 @@ def _outcome(found: Found) -> list[str]:
     if above is None:
         return [f"  none: the answer is no at all of {found.points} values; --until is the horizon"]
     yes = _with_unit(found, above.value, found.answer_digits)
+    in_degrees = f" ({math.degrees(above.value):.6g} deg)" if name == "theta" else ""
     if below is None:
-        return [f"  already at the low end of the range, {name} = {yes}: {above.text}"]
+        return [f"  already at the low end of the range, {name} = {yes}{in_degrees}: {above.text}"]
     no = _with_unit(found, below.value, found.answer_digits)
     if found.isolated:
         shown = [
@@ -336,7 +341,7 @@ def _outcome(found: Found) -> list[str]:
         ]
     else:
         shown = [
-            f"  {name} = {_with_unit(found, above.value, found.digits)}",
+            f"  {name} = {_with_unit(found, above.value, found.digits)}{in_degrees}",
             f"    at {no}: {below.text}",
             f"    at {yes}: {above.text}",
         ]

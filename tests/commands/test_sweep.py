@@ -1,6 +1,7 @@
 """The command sweep."""
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -55,7 +56,17 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_sweep_reads_toml(file: Path, said: Said) -> None:
-    assert "2 of 2 rows" in said("sweep", file, "--workers 1 --recheck 0")
+    text = said("sweep", file, "--workers 1 --recheck 0")
+    assert "2 of 2 rows" in text
+    assert "             mu: 0.3 to 0.4 s/m\n" in text
+
+
+def test_the_summary_says_the_units_of_the_rows(said: Said) -> None:
+    words = "--vary theta=1deg:9deg:2 --vary omega_3=600rpm --until 0.05 --workers 1 --recheck 0"
+    text = said("sweep reference", words)
+    assert "          theta: 0.0174533 to 0.15708 rad (1 to 9 deg)\n" in text
+    assert "        omega_3: 62.8319 to 62.8319 rad/s\n" in text
+    assert re.search(r"^        min_g_n: [\d.]+ to [\d.]+ N$", text, re.MULTILINE)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,6 +20,7 @@ CONTRADICTED = NOT_FOUND = 1
 # Keys of the summary under which the spot check contradicts rows.
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")
 LINE = "a sweep with --record lambda_ratio has the line of Theorem 1.1's threshold too"
+SUMMARISED = {"t_init_A": "s", "t_end_A": "s", "min_g_n": "N", "jellett_drift": ""}
 SAID_IN_FILE = ("vary", "box", "samples", "seed", "until", "record", "contact")
 
 
@@ -127,6 +130,7 @@ def run(
     """  # noqa: D301 - the mark of click that keeps lines is a control character
     from tt_precise.sweeps import SweepSpec, run_sweep
     from tt_precise.sweeps.run import TRIES
+    from tt_precise.sweeps.specification import unit_of
 
     if is_sweep_file(scene):
         _refuse_what_the_file_says(scene)
@@ -159,7 +163,8 @@ def run(
             for position, frame in enumerate(swept.store.frames()):
                 frame.to_csv(temporary, index=False, header=not position, mode="a")
     kept = kept_fixed(spec.names, spec.scene.sizes)
-    shown = [*lines(dict(swept.summary)), *([f"  {kept}"] if kept else [])]
+    units = {name: unit_of(name, spec.scene.body.law) for name in spec.names}
+    shown = [*lines(dict(swept.summary), units), *([f"  {kept}"] if kept else [])]
     options.emit(as_json, dict(swept.summary), shown)
     checked = swept.summary["recheck"]
     contradicted = [name for name in CONTRADICTIONS if checked[name]]
@@ -261,8 +266,8 @@ def find_command(
     return 0 if found.above is not None and found.confirmed else NOT_FOUND
 
 
-def lines(summary: dict[str, Json]) -> list[str]:
-    """Return the summary as text."""
+def lines(summary: dict[str, Json], varied: Mapping[str, str]) -> list[str]:
+    """Return the summary as text; ``varied`` has the units of the varied entries."""
     from tt_precise.sweeps.columns import OUTCOMES
 
     how = summary["how"]
@@ -275,10 +280,14 @@ def lines(summary: dict[str, Json]) -> list[str]:
             if count
         ),
     ]
-    for name in ("t_init_A", "t_end_A", "min_g_n", "jellett_drift"):
+    for name, unit in {**varied, **SUMMARISED}.items():
         column = summary["columns"].get(name)
         if column and column["min"] is not None:
-            shown.append(f"  {name:>13}: {column['min']:.6g} to {column['max']:.6g}")
+            ends = [column["min"], column["max"]]
+            text = f"  {name:>13}: {ends[0]:.6g} to {ends[1]:.6g} {unit}".rstrip()
+            if unit == "rad":
+                text += " ({:.6g} to {:.6g} deg)".format(*map(math.degrees, ends))
+            shown.append(text)
     recheck = summary["recheck"]
     if recheck["rows"]:
         shown.append(f"  again in double-double, rows: {recheck['rows']}; largest differences:")
