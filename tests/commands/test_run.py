@@ -131,11 +131,22 @@ def test_the_climb_of_asked_digits_has_them(printed: Printed, said: Said) -> Non
             with mpmath.workdps(50):
                 apart = mpmath.mpf(climb[name][end]) - getattr(getattr(fine, name), end)
             assert abs(apart) < 3 * error < 1e-24  # an estimate, not a bound
+    least = found["smallest_g_n"]
+    finer = integrate("reference", digits=40, events=["extremum:g_n"]).event_table(["g_n"])
+    place = finer["g_n"].index(min(finer["g_n"]))
+    for key, column in (("value", "g_n"), ("t", "t")):
+        error = float(least[f"{key}_error"])
+        with mpmath.workdps(50):
+            assert abs(mpmath.mpf(least[key]) - finer[column][place]) < 3 * error < 1e-24
     text = said("run reference --until 6 --digits 25")
+    assert re.search(
+        r"smallest g_n 0\.0563416061168171\d+ \+- [\d.]+e-\d\d N, at 5\.3767\d+ \+-", text
+    )
     assert re.search(
         r"^  climb B: 3\.17139822803862592\d+ \+- [\d.]+e-\d\d s to ", text, re.MULTILINE
     )
     plain = printed("run reference")["climb"]
+    assert printed("run reference")["smallest_g_n"]["value_error"] is None
     assert plain["equator_error"] is plain["A"]["t_init_error"] is None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 UNFINISHED = 1
 LONG_S = 60.0  # Duration in s from which a run with --digits says first how long it takes.
-FORCE = "extremum:g_n"
+FORCE, ERRORS = "extremum:g_n", ("error:g_n", "error:t")
 ENDS = ("t_init", "t_end")
 APPROACHES = {
     "inverted": "approaches the inverted spin", "upright": "approaches the upright spin",
@@ -75,8 +76,12 @@ class SegmentRecord(Record, frozen=True):
 class NormalForceRecord(Record, frozen=True):
     """The smallest or the largest normal force."""
 
-    value: Annotated[str, means("g_n in N, as a double")]
+    value: Annotated[str, means("g_n in N")]
     t: Annotated[str, means("time in s")]
+    value_error: Annotated[
+        str | None, means("estimated error of the value in N; null in a run without --digits")
+    ]
+    t_error: Annotated[str | None, means("estimated error of the time in s, likewise")]
 
 
 class TheoremRecord(Record, frozen=True):
@@ -345,10 +350,11 @@ def summary(
 def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
     """Return the outcome: the entries of ``RunRecord`` from ``at_rest`` to ``stretches``.
 
-    ``exactly``: the times of the climb in the arithmetic of the run, with their errors; otherwise
+    ``exactly``: the climb and the forces in the arithmetic of the run, with their errors; otherwise
     in double, which costs a hundredth of a second.
     """
     from tt_precise.certify.outcome import outcome_of
+    from tt_precise.integration.inversion import NEEDED
 
     text = trajectory.precision.text
     climb = passage = None
@@ -357,9 +363,10 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
         if trajectory.scene.model == "flight":  # there a top turns over without a climb
             passage = _passage(trajectory)
         else:
-            climb = _climbs(trajectory, exactly=exactly)
+            run = _with_events(trajectory, *NEEDED, FORCE, exactly=exactly)
+            climb = _climbs(run, exactly=exactly)
             passage = climb.equator if climb else None
-            smallest, largest = _forces(trajectory)
+            smallest, largest = _forces(run, exactly=exactly)
     theorem, equator, end = outcome_of(trajectory, passage)
     stretches = tuple(
         SegmentRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
@@ -398,12 +405,14 @@ def _creep(trajectory: Trajectory) -> str:
     )
 
 
-def _with_events(trajectory: Trajectory, *events: str) -> Trajectory:
+def _with_events(trajectory: Trajectory, *events: str, exactly: bool = False) -> Trajectory:
     """The run with these events, in double unless recorded, which costs a hundredth of a second."""
     from tt_precise.integration.precision import precision_named
 
     if set(events) <= set(trajectory.setup.events):
         return trajectory
+    if exactly:
+        return trajectory.again(events=events, record=())
     double = precision_named("double")
     return trajectory.again(precision=double, tolerance=0.0, events=events, record=())
 
@@ -416,10 +425,7 @@ def _passage(trajectory: Trajectory) -> str | None:
     return run.precision.text(crossing(run))
 
 
-def _climbs(trajectory: Trajectory, *, exactly: bool) -> ClimbsRecord | None:
-    from tt_precise.integration.inversion import NEEDED
-
-    run = trajectory if exactly else _with_events(trajectory, *NEEDED)
+def _climbs(run: Trajectory, *, exactly: bool) -> ClimbsRecord | None:
     if run.inversion.equator is None:
         return None
     text, errors = run.precision.text, run.inversion_errors if exactly else {}
@@ -433,23 +439,30 @@ def _climbs(trajectory: Trajectory, *, exactly: bool) -> ClimbsRecord | None:
     return ClimbsRecord(run.precision.name, text(times["equator"]), apart.get("equator"), *climbs)
 
 
-def _forces(trajectory: Trajectory) -> tuple[NormalForceRecord | None, ...]:
+def _forces(run: Trajectory, *, exactly: bool) -> tuple[NormalForceRecord | None, ...]:
     """The smallest and the largest g_n at its extrema, and at the ends of the segments."""
-    run = _with_events(trajectory, FORCE)
-    events = run.event_table(["g_n"])
-    at_ends = run.table("g_n", times=[0, *(piece.end for piece in run.pieces)], numbers="float")
-    known = [*zip(events["g_n"], events["t"], strict=True)]
-    known += zip(at_ends["g_n"], at_ends["t"], strict=True)
+    # errors are known at events and samples, not at the ends of segments
+    events = run.event_table(["g_n", *(ERRORS if exactly else ())], {FORCE})
+    none = [None] * len(events["t"])
+    known = [*zip(events["g_n"], events["t"], *(events.get(e, none) for e in ERRORS), strict=True)]
+    at_ends = run.table("g_n", times=[0, *(piece.end for piece in run.pieces)], numbers="exact")
+    known += [(*row, None, None) for row in zip(at_ends["g_n"], at_ends["t"], strict=True)]
     # Where contact is lost g_n is 0; the value there is the rounding of that.
     lost = {float(piece.end) for piece in run.pieces if piece.leaves}
     forces = [
-        (0.0 if float(t) in lost else float(force), float(t))
-        for force, t in known
+        (0 * t if float(t) in lost else force, t, *errors)
+        for force, t, *errors in known
         if force is not None and math.isfinite(force)
     ]
     if not forces:
         return None, None
-    return tuple(NormalForceRecord(*map(repr, found)) for found in (min(forces), max(forces)))
+    text = run.precision.text
+    return tuple(
+        NormalForceRecord(
+            text(force), text(t), *(None if e is None else f"{float(e):.2g}" for e in errors)
+        )
+        for force, t, *errors in (min(forces, key=itemgetter(0)), max(forces, key=itemgetter(0)))
+    )
 
 
 def with_errors(names: Iterable[str]) -> tuple[Name, ...]:
@@ -536,6 +549,10 @@ def _outcome_lines(
             return missing
         return f"{float(time):.9g} s" if error is None else f"{with_error(time, error)} s"
 
+    def newtons(force: NormalForceRecord) -> str:
+        error = force.value_error
+        return f"{float(force.value):.3g}" if error is None else with_error(force.value, error)
+
     climb, stretches = outcome["climb"], outcome["stretches"]
     smallest, largest = outcome["smallest_g_n"], outcome["largest_g_n"]
     theorem, equator, end = outcome["theorem"], outcome["equator"], outcome["end"]
@@ -563,7 +580,7 @@ def _outcome_lines(
         lost = outcome["contact_lost"]
         how = "kept" if lost is None else f"lost at {seconds(lost)}"
         forces = (
-            f"{what} g_n {float(force.value):.3g} N, at {seconds(force.t)}"
+            f"{what} g_n {newtons(force)} N, at {seconds(force.t, force.t_error)}"
             for what, force in (("smallest", smallest), ("largest", largest))
         )
         shown.append(f"  contact: {how}; {'; '.join(forces)}")
