@@ -36,8 +36,11 @@ def test_filters_combine(printed: Printed) -> None:
 
 def test_a_table_on_a_pipe_is_not_cut(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
+    full = said("claims --verdict misprint --full")
+    assert "corrected: discriminant of d(z): 0 for the toy's alpha and gamma" in full
     text = said("claims --verdict misprint")
-    assert "corrected: discriminant of d(z): 0 for the toy's alpha and gamma" in text
+    assert "The last step takes w0 out of -w0 + w." in text
+    assert max(map(len, text.splitlines())) <= 100
     assert "\u2026" not in text
     assert not any(line.endswith(" ") for line in text.splitlines())
 

@@ -11,7 +11,7 @@ import click
 from tt_precise.claims.paper import CLAIM_KINDS, look_up
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
-from tt_precise.runtime.terminal import UNCUT, console, print_table, progress_bar
+from tt_precise.runtime.terminal import console, print_table, progress_bar
 from tt_precise.runtime.workers import cores
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ COLOURS = dict(
         strict=True,
     )
 )
+WIDEST = 100  # Columns of the table, also on a pipe; only statements are folded.
 SHOWN_IN_FULL = 3  # Most claims that are printed with their quotes and notes.
 
 
@@ -124,20 +125,21 @@ def _table(rows: Sequence[JudgedClaim]) -> None:
     from rich.table import Table
 
     screen = console()
+    screen.width = min(screen.width, WIDEST)
     table = Table(box=None, pad_edge=False)
     for heading, longest in (("id", 7), ("verdict", 10)):
         table.add_column(heading, no_wrap=True, min_width=longest)
-    shown = ("statement", "printed", "measured") if screen.width == UNCUT else ("statement",)
-    for name in shown:
-        table.add_column("claim" if name == "statement" else name)
+    table.add_column("claim")
     for claim in rows:
         coloured = f"[{COLOURS[claim.verdict]}]{claim.verdict}[/]"
-        table.add_row(claim.id, coloured, *(escape(getattr(claim, name)) for name in shown))
+        table.add_row(claim.id, coloured, escape(claim.statement))
     counted = ", ".join(f"{number} {name}" for name, number in _counts(rows).items() if number)
     if rows:
         print_table(screen, table)
     screen.print(f"{len(rows)} claims: {counted or 'none'}.", highlight=False)
-    screen.print("`tt-precise claims ID` shows what is printed and measured.\n", highlight=False)
+    screen.print(
+        "`tt-precise claims ID`, or --full, shows what is printed and measured.\n", highlight=False
+    )
 
 
 def _counts(rows: Sequence[JudgedClaim]) -> dict[str, int]:
