@@ -70,10 +70,13 @@ def test_a_scene_in_pieces_and_a_slow_method_are_left_out_with_a_sentence(
     monkeypatch.setattr(measure, "ASKED", (3, 20))
     stuck = measure.measure(tt.load_scene("coulomb-gliding").varied(until="0.1"), 1e6)
     assert [row.setting for row in stuck.rows] == ["digits=3"]
-    assert [line.partition(":")[0] for line in stuck.left_out] == ["20 digits and more", "SciPy"]
+    assert [line.partition(":")[0] for line in stuck.left_out] == [
+        "tt_precise from 20 digits on",
+        "SciPy",
+    ]
     slow = measure.measure(short, 0.0)
     assert [line.partition(":")[0] for line in slow.left_out] == [
-        "20 digits and more", "SciPy DOP853 from 0.001 on", "SciPy LSODA from 0.001 on"
+        "tt_precise from 20 digits on", "SciPy DOP853 from 0.001 on", "SciPy LSODA from 0.001 on"
     ]  # fmt: skip
     assert slow.left_out[-1].endswith("beyond 0 s; --seconds S allows more, --until T is shorter")
 

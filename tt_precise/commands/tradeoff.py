@@ -37,7 +37,7 @@ class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tr
     "--seconds",
     default=f"{SECONDS:g}",
     show_default=True,
-    help="Limit in s for tt_precise and for each method of SciPy.",
+    help="Limit in s for tt_precise, without compiling, and for each method of SciPy.",
 )
 @JSON
 def command(scene: str, until: str | None, seconds: str, as_json: bool) -> int:

@@ -108,7 +108,7 @@ class TimedRun(NamedTuple):
 def _own_runs(
     scene: Scene, seconds: float, leave_out: Callable[[str], None], progress: Progress
 ) -> Iterator[TimedRun]:
-    began = time.perf_counter()
+    total = 0.0
     for done, (asked, following) in enumerate(itertools.pairwise((*ASKED, 0)), start=1):
         (_, first), (trajectory, again) = (_timed(scene, asked) for _ in range(2))
         yield TimedRun(asked, trajectory, (first, again))
@@ -117,13 +117,13 @@ def _own_runs(
         if not following:
             return
         if refusal:
-            leave_out(f"{following} digits and more: they need quad for {refusal}")
+            leave_out(f"{OWN} from {following} digits on: they need quad for {refusal}")
             return
-        total = time.perf_counter() - began
-        if again > SHARE * seconds or total > 2 * seconds:
+        total += again
+        if again > SHARE * seconds or total > seconds:
             leave_out(
-                f"{following} digits and more: {asked} took {again:.2g} s, all runs so far "
-                f"{total:.2g} s; --seconds S allows more than {seconds:g} s"
+                f"{OWN} from {following} digits on: {asked} took {again:.2g} s, all runs so far "
+                f"{total:.2g} s, without compiling; --seconds S allows more than {seconds:g} s"
             )
             return
 
