@@ -6,7 +6,15 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import EULER, VECTORS, Healthy, check
-from tt_precise.check.columns import choose_set, renamed, renaming
+from tt_precise.check.columns import (
+    COLUMN_SETS,
+    Block,
+    CheckSetup,
+    choose_set,
+    renamed,
+    renaming,
+)
+from tt_precise.scene.scene import load_scene
 
 # Causes are tested elsewhere.
 pytestmark = pytest.mark.usefixtures("no_cause")
@@ -105,3 +113,16 @@ def test_a_top_that_flies_is_no_soft_contact(body: Healthy) -> None:
     flying = body(801, 1)
     flying["vcz"] += 0.1 * flying["t"]  # 5 cm high in the end
     assert check(flying, "reference", friction="other")["contact_velocity"].note == ""
+
+
+def test_the_precision_of_columns_goes_with_what_is_made_of_them() -> None:
+    """Their sums, and multiples of these, have no decimals."""
+    rng = numpy.random.default_rng(1)
+    names = COLUMN_SETS["rigid body"].names
+    block = Block({"t": numpy.arange(20.0), **{n: rng.normal(size=20).round(3) for n in names}})
+    sums = block.converted(lambda c: {"wx": (c["wx"] + c["wy"]) / numpy.sqrt(2)})
+    threefold = sums.converted(lambda c: {"wx": 3 * c["wx"]})
+    setup = CheckSetup(load_scene("reference"), COLUMN_SETS["rigid body"], False)
+    for rows in (setup.samples(threefold), setup.samples(threefold).rows(slice(9))):
+        assert rows.resolution["wx"] == pytest.approx(3 * numpy.sqrt(2) * 5e-4)
+        assert rows.precisions["wx"].words == "3 decimals"

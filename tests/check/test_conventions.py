@@ -271,6 +271,36 @@ def test_a_world_is_read_back(healthy: Healthy, rigid_body: Healthy, world: str,
         assert ours[name] == pytest.approx(frame[name].to_numpy(), abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("world", "axis", "given", "named"),
+    [
+        ("z-up", "z", "y-up", "without world, axis"),
+        ("y-up", "z", "y-up", 'with world="y-up"'),
+        # right-handed, it is the motion in a mirror
+        ("left-handed-y-up", "y", "left-handed-z-up", 'with world="left-handed-y-up" axis="y"'),
+    ],
+)
+def test_the_world_that_is_meant_is_named_instead_of_the_one_given(
+    healthy: Healthy, rigid_body: Healthy, world: str, axis: str, given: str, named: str
+) -> None:
+    theirs = in_world(rigid_body(healthy("reference", 101, 0.1)), world, axis)
+    found = check(theirs.columns, "reference", world=given, axis="y")
+    assert [one.text for one in found.causes] == [f"it is read {named}"]
+
+
+def test_a_rounded_file_of_another_world_is_a_rounded_file(
+    healthy: Healthy, rigid_body: Healthy
+) -> None:
+    """Columns that sum others do not show their decimals."""
+    theirs = in_world(rigid_body(healthy("reference", 101, 0.1)), "y-up", "z").columns
+    rounded = {name: numpy.round(values, 6) for name, values in theirs.items()}
+    found = check(rounded, "reference", world="y-up")
+    assert found.passed, str(found)
+    assert found.written == "qw qx qy qz wx wy wz vcx vcy vcz: 6 decimals"
+    (cause,) = check(rounded, "reference").causes
+    assert cause.text == 'the world is y up: add world="y-up"'
+
+
 @pytest.mark.usefixtures("no_cause")
 def test_another_world_is_not_green(healthy: Healthy, rigid_body: Healthy) -> None:
     theirs = in_world(rigid_body(healthy("reference", 101, 0.1)), "y-up", "y").columns

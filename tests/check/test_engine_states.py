@@ -11,6 +11,7 @@ import pytest
 import tt_precise as tt
 from benchmarks.engines import ENGINES
 from tests.conftest import Said
+from tt_precise.check.conventions import Given, convert
 from tt_precise.check.engine_states import CONVENTIONS, engine_source
 from tt_precise.check.sources import RowSource
 from tt_precise.cli import main
@@ -67,8 +68,9 @@ def saved(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> Saved:
 
 
 def rows_of(path: Path, engine: str, scene: Scene) -> Columns:
-    source: RowSource = engine_source(path, engine, scene)
-    return source.load(source.names).values
+    source: RowSource = engine_source(path, engine)
+    given = Given.of_columns(source.load(source.names).values)
+    return convert(given, CONVENTIONS[engine], scene.body.numbers(float)).columns
 
 
 def check(path: Path, engine: str) -> int:
@@ -169,7 +171,7 @@ def test_the_name_of_the_file_is_shown(saved: Saved, said: Said) -> None:
 def test_what_cannot_be_read(scene: Scene, saved: Saved, engine: str, drop: str, said: str) -> None:
     path = saved("mujoco", lambda arrays: arrays.pop(drop, None))
     with pytest.raises(InputError, match=said):
-        engine_source(path, engine, scene)
+        engine_source(path, engine)
 
 
 def test_no_file_and_no_numbers(scene: Scene, tmp_path: Path) -> None:
@@ -221,6 +223,8 @@ def test_a_row_that_blew_up_is_left_to_the_checks(
     failures = {one.name for one in found.failures}
     assert failing in failures
     assert ("finite" in failures) == (failing == "finite")
+    if failing == "finite":
+        assert found["finite"].note.startswith("qw = inf in row 9")
 
 
 def test_columns_x_y_z_are_the_position(pose: pd.DataFrame, scene: Scene, saved: Saved) -> None:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.check.conventions import QUATERNION
-from tt_precise.check.precision import ColumnRounding, precisions
+from tt_precise.check.precision import LOOKED_AT, ColumnRounding, precisions
 from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
@@ -29,9 +29,6 @@ from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
 
 Columns = Mapping[str, numpy.ndarray]
-Changed = dict[str, numpy.ndarray]
-Reading = Callable[[Columns, Parameters], "Changed | None"]
-"""Columns as another convention has them, read as ours: those that differ; None if none can."""
 
 
 class ColumnSet(NamedTuple):
@@ -196,19 +193,47 @@ def listed(names: Sequence[str]) -> str:
 class Block:
     """The rows of a table: name to float64 array, and the place of a row for messages.
 
-    ``texts(row, names)`` gives the cells of a row as written, exact to the last digit.
+    ``texts(row, names)`` gives the cells of a row as written, exact to the last digit. ``written``
+    has the precision of columns whose numbers do not show it, because they follow from others.
     """
 
     values: dict[str, numpy.ndarray]
     where: Callable[[int], str] = str
     texts: Callable[[int, Sequence[str]], list[Any]] = lambda row, names: []
+    written: Mapping[str, ColumnRounding] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.values["t"])
 
     def head(self, count: int) -> Block:
         values = {name: array[:count] for name, array in self.values.items()}
-        return Block(values, self.where, self.texts)
+        return replace(self, values=values)
+
+    def converted(self, of: Callable[[Columns], Columns]) -> Block:
+        """Return the columns that ``of`` makes of these; only times are as written.
+
+        Half a unit of the last place of each column changes them by what is left of its precision.
+        """
+        values = {**self.values, **of(self.values)}
+        stride = max(1, len(self) // LOOKED_AT)
+        few = {name: array[::stride] for name, array in self.values.items()}
+        here, found = of(few), {**precisions(self.values), **self.written}
+        half_units = dict.fromkeys(here, 0.0)
+        for name in [name for name, one in found.items() if one.half_unit and name != "t"]:
+            moved = of({**few, name: few[name] + found[name].half_unit})
+            for other in half_units:
+                half_units[other] += float(numpy.max(abs(moved[other] - here[other])))
+
+        def texts(row: int, names: Sequence[str]) -> list[Any]:
+            time = self.texts(row, ["t"])[0]
+            return [time if name == "t" else float(values[name][row]) for name in names]
+
+        written = {
+            name: ColumnRounding(half_unit, found[name].words)
+            for name, half_unit in half_units.items()
+            if name != "t"
+        }
+        return Block(values, self.where, texts, written)
 
 
 OWN_OR_OTHER = ("scene", "other")
@@ -294,9 +319,8 @@ class CheckSetup:
                 raised = [known["z"] - self.body.R * (1 - self.body.alpha * state.kz), lift]
             state = LiftedState(*state, *raised)
         entries = [numpy.broadcast_to(numpy.asarray(x, float), rows) for x in state]
-        return Samples(
-            self, known["t"], type(state)(*entries), numpy.broadcast_to(slip, rows), block.values
-        )
+        slip = numpy.broadcast_to(slip, rows)
+        return Samples(self, known["t"], type(state)(*entries), slip, block.values, block.written)
 
 
 @dataclass(frozen=True)
@@ -312,6 +336,7 @@ class Samples:
     state: NewtonState | LiftedState
     slip: numpy.ndarray
     given: dict[str, numpy.ndarray]
+    written: Mapping[str, ColumnRounding] = field(default_factory=dict)
     shared: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
@@ -327,7 +352,7 @@ class Samples:
     @cached_property
     def precisions(self) -> dict[str, ColumnRounding]:
         """The precision in which each known column is written."""
-        return precisions(self.given)
+        return {**precisions(self.given), **self.written}
 
     @cached_property
     def resolution(self) -> dict[str, float]:
@@ -361,7 +386,13 @@ class Samples:
             type(self.state)(*(entry[wanted] for entry in self.state)),
             self.slip[wanted],
             {name: values[wanted] for name, values in self.given.items()},
+            self.written,
         )
+
+    def changed(self, columns: Columns, setup: CheckSetup | None = None) -> Samples:
+        """Return the rows with other ``columns``, or with another set-up."""
+        block = Block({**self.given, **columns}, written=self.written)
+        return (setup or self.setup).samples(block)
 
     @cached_property
     def first(self) -> Motion:
@@ -375,8 +406,8 @@ def change_by_rounding(rows: Samples, of: Callable[[Samples], numpy.ndarray]) ->
     names = [name for name in rows.setup.columns.names if rows.resolution.get(name)]
     if not names:
         return numpy.zeros(len(rows.t))
-    here, given = of(rows), {**rows.given, "t": rows.t}
-    changed = ({**given, name: given[name] + rows.resolution[name]} for name in names)
-    moved = [abs(of(rows.setup.samples(Block(columns))) - here) for columns in changed]
+    here = of(rows)
+    changed = (rows.changed({name: rows.given[name] + rows.resolution[name]}) for name in names)
+    moved = [abs(of(other) - here) for other in changed]
     total: numpy.ndarray = numpy.sum(moved, axis=0)
     return total

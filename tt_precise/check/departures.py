@@ -98,8 +98,8 @@ def departure_of(
     }
     if 2 * len(wrong) > len(names) and any(one.factor is None for one in found.values()):
         return None
-    repaired = {**rows.given, **{name: derived[name] for name in wrong}}
-    own = replace(rows.setup, friction="scene").samples(Block(repaired))
+    repaired = {name: derived[name] for name in wrong}
+    own = rows.changed(repaired, replace(rows.setup, friction="scene"))
     if any(one.verdict == "fail" for one in judge(own)):
         return None
     said = _in_words(rows.t, found)

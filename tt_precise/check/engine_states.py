@@ -1,4 +1,4 @@
-"""Conversion of the states that physics engines write to rigid-body columns.
+"""The states that physics engines write, as rigid-body columns in each engine's convention.
 
 An engine's file has times, quaternions, linear and angular velocities of one body. Engines differ
 in the order of the quaternion, the frame of the angular velocity, and the point whose velocity is
@@ -10,16 +10,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import replace
-from functools import partial
 
 import numpy
 
-from tt_precise.check.columns import Changed, Columns, listed
-from tt_precise.check.conventions import OURS, Convention, Given, convert
+from tt_precise.check.columns import listed
+from tt_precise.check.conventions import OURS, Convention, Given
 from tt_precise.check.sources import ColumnSource, RowSource, open_source
-from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, InputError
-from tt_precise.scene.scene import Scene
 
 CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
 OF_CENTRE = Convention(point=CENTRE_OF_SPHERE, place=CENTRE_OF_SPHERE)
@@ -43,49 +40,39 @@ _COMPONENTS = {
 _MUJOCO = {"qpos": 7, "qvel": 6}
 
 
-def engine_source(
-    source: object,
-    engine: str,
-    scene: Scene,
-    rename: Mapping[str, str] | None = None,
-    world: str = "z-up",
-    axis: str = "z",
-) -> ColumnSource:
-    """Return an engine's state (a file, or arrays in memory) as rigid-body columns in SI.
+def conventions_of_engine(engine: str) -> tuple[Convention, dict[str, Convention]]:
+    """Return the convention of an engine's arrays, and those of others with the same arrays.
 
     ``engine`` is a name in ``CONVENTIONS``; ":cm" or ":centre" after it says that the body's
-    origin is the centre of mass, or the centre of the sphere. ``world`` is a key of ``WORLDS``, and
-    ``axis`` the body's axis.
+    origin is the centre of mass, or the centre of the sphere.
 
-    Raises ``InputError``: no such engine or file, or an array is missing or has another shape.
+    Raises ``InputError``: there is no such engine.
     """
-    body = scene.body.numbers(float)
-
-    def convention_of(engine: str) -> Convention:
-        return _convention(engine).in_world(world, axis)
-
-    convention = convention_of(engine)
-    with closing(open_source(source, rename)) as given:
-        widths = _MUJOCO if engine.startswith("mujoco") else _STATE
-        raw = _rigid_body(_arrays(given, widths, convention.order == OURS.order))
-        where = given.where
-    columns = convert(raw, convention, body).columns
-    converted = ColumnSource(list(columns), lambda name: columns[str(name)], {}, where)
+    own = _convention(engine)
     # an engine whose arrays have other names cannot have written the file
     alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
     marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
-    others = {convention_of(name): name for name in reversed((*alike, *marked))}
-    others.pop(convention, None)
+    others = {_convention(name): name for name in reversed((*alike, *marked))}
+    others.pop(own, None)
+    return own, {name: other for other, name in reversed(others.items())}
 
-    def changed(other: Convention, given: Columns, body: Parameters) -> Changed:
-        rows = raw.part(slice(0, len(given["t"])))
-        return {**convert(rows, other, body).columns, "t": given["t"]}
 
-    converted.alternatives = {
-        f"it is read with --from {name}": partial(changed, other)
-        for other, name in reversed(others.items())
-    }
-    return converted
+def engine_source(
+    source: object, engine: str, rename: Mapping[str, str] | None = None
+) -> ColumnSource:
+    """Return an engine's arrays (a file, or in memory) under the names of rigid-body columns.
+
+    The numbers are the engine's, in its convention.
+
+    Raises ``InputError``: no such engine or file, or an array is missing or has another shape.
+    """
+    convention = _convention(engine)
+    with closing(open_source(source, rename)) as given:
+        widths = _MUJOCO if engine.startswith("mujoco") else _STATE
+        arrays = _arrays(given, widths, convention.order == OURS.order)
+        where = given.where
+    columns = _rigid_body(arrays).columns
+    return ColumnSource(list(columns), lambda name: columns[str(name)], {}, where)
 
 
 def _rigid_body(arrays: Mapping[str, Array]) -> Given:

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check import conventions
-from tt_precise.check.columns import Block, Reading, Samples
+from tt_precise.check.columns import Block, Columns, Samples
 from tt_precise.check.conventions import (
     ANGLE,
     ENGINES,
@@ -31,6 +31,7 @@ from tt_precise.check.conventions import (
     OURS,
     QUATERNION,
     RESOLVED,
+    Convention,
     Given,
     fit,
     in_other_units,
@@ -55,10 +56,11 @@ from tt_precise.check.force_free import norm
 from tt_precise.check.force_free_flow import by_guidance
 from tt_precise.check.kinematics import seen
 from tt_precise.check.movement import movement_of, shortest_rotation
-from tt_precise.check.precision import VECTORS, described, precisions, times_of
+from tt_precise.check.precision import VECTORS, described, times_of
 from tt_precise.check.result import Cause
 from tt_precise.check.vector_conventions import columns_of, conventions_of_vectors
 from tt_precise.mechanics import quantities
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
 
@@ -90,14 +92,14 @@ def explain(
     rows: Samples,
     findings: Sequence[Check],
     judge: Judge,
-    alternatives: Mapping[str, Reading] = MappingProxyType({}),
+    alternatives: Mapping[str, Callable[[], Block]] = MappingProxyType({}),
     solution: Callable[[Array], Array | None] = lambda t: None,
 ) -> list[Cause]:
     """Return the causes of the failures among ``findings``; [] without an explanation.
 
-    ``judge`` makes all checks of other rows with the same limits. ``alternatives`` has further
-    conventions of the file, by what each supposes. ``solution`` gives the scene's vectors
-    (8, times) at times (s) from the first row on, None if the rows are no part of it.
+    ``judge`` makes all checks of other rows with the same limits. ``alternatives`` reads the file
+    in further conventions, by what each supposes. ``solution`` gives the scene's vectors (8, times)
+    at times (s) from the first row on, None if the rows are no part of it.
     """
     file = FailedFile(rows, findings, judge, alternatives, solution)
     with numpy.errstate(all="ignore"):
@@ -115,13 +117,18 @@ class FailedFile:
     rows: Samples
     findings: Sequence[Check]
     judge: Judge
-    alternatives: Mapping[str, Reading]
+    alternatives: Mapping[str, Callable[[], Block]]
     solution: Callable[[Array], Array | None]
 
     @cached_property
     def failed(self) -> set[str]:
         """The names of the failed checks."""
         return _failing(self.findings)
+
+    @cached_property
+    def scenes_jellett(self) -> float:
+        """Jellett's integral of the scene."""
+        return float(quantities.jellett(_scenes_start(self.rows).motion(numpy)))
 
     @cached_property
     def since(self) -> list[float]:
@@ -143,10 +150,6 @@ class FailedFile:
         except InputError:  # the rows go on for hours
             return None
         return None if true is None else departure_of(rows, true, self.judge)
-
-    def changed(self, columns: Mapping[str, Array]) -> Samples:
-        """Return the rows with other ``columns``."""
-        return self.rows.setup.samples(Block({**self.rows.given, **columns}))
 
     def passes(self, rows: Samples) -> bool:
         """Test that no check of ``rows`` fails."""
@@ -235,7 +238,7 @@ def _columns(file: FailedFile, certain: bool = False) -> Candidates:
 def _unit_and_columns(file: FailedFile) -> Candidates:
     """In another unit its columns follow the solution, and all others but those of a vector."""
     for text, columns in in_other_units(file.rows.given):
-        found = file.departure_of(file.changed(columns))
+        found = file.departure_of(file.rows.changed(columns))
         if not found:
             continue
         wrong = {*found.factors}
@@ -253,7 +256,7 @@ def given_of(rows: Samples) -> tuple[Given, dict[str, float]]:
     """Return the columns as a motion, and half units of their last places."""
     columns = rows.given
     clock = times_of(rows.t)
-    half = {name: one.half_unit for name, one in precisions(columns).items()}
+    half = rows.resolution
     if all(name in columns for name in (*QUATERNION, *OMEGA)):
         given = Given.of_columns(columns).of_unit_length._replace(t=clock.t)
         names = HALF_UNITS
@@ -295,7 +298,7 @@ def _start(file: FailedFile) -> Candidates:
 def _precision(file: FailedFile) -> Candidates:
     """The failures are no larger than the effect of the file's rounding."""
     rows = file.rows
-    found = precisions(rows.given)
+    found = rows.precisions
     clock = times_of(rows.t)
     said = described({name: one for name, one in found.items() if name != "t"})
     if not said:  # few decimals of times alone are those of a round spacing
@@ -340,11 +343,11 @@ def _still(file: FailedFile) -> Candidates:
 
 
 def _of_source(file: FailedFile) -> Candidates:
-    """The file's own source has another convention."""
-    for supposed, convert in file.alternatives.items():
-        columns = convert(file.rows.given, file.rows.setup.body)
-        if columns is not None:
-            yield _one("convention", supposed, file.changed(columns), FailedFile.obeyed)
+    """The file is read with other options, in which it is not the scene's motion in a mirror."""
+    for supposed, block in file.alternatives.items():
+        rows = file.rows.setup.samples(block())
+        if not float(quantities.jellett(rows.first)) * file.scenes_jellett < 0:
+            yield _one("convention", supposed, rows, FailedFile.obeyed)
 
 
 # Checks that hold for every contact force, in every world of ours.
@@ -355,7 +358,7 @@ def _convention(file: FailedFile) -> Candidates:
     rows, setup = file.rows, file.rows.setup
     if len(rows.t) < 8 or setup.scene.lifts:
         return
-    scenes = float(quantities.jellett(_scenes_start(rows).motion(numpy)))
+    scenes = file.scenes_jellett
     laws = [one for one in file.findings if one.name in FORCE_FREE]
     if all(one.verdict != "fail" or _lacking(one) <= ENGINES_LEAVE[one.name] for one in laws):
         yield from _mirrored(rows, scenes)
@@ -366,9 +369,9 @@ def _convention(file: FailedFile) -> Candidates:
     elif setup.columns.name == "rigid body":
         given, half = given_of(rows)
         for one in search(given, setup.body, half, scenes)[1]:
-            as_file = given._replace(t=rows.given["t"])
-            columns = conventions.convert(as_file, one.convention, setup.body).columns
-            ours, causes = file.changed(columns), [Cause("convention", one.convention.words())]
+            read = partial(_of_unit_length, one.convention, setup.body)
+            block = Block(rows.given, written=rows.written).converted(read)
+            ours, causes = setup.samples(block), [Cause("convention", one.convention.words())]
             if one.exactly:
                 yield Candidate(causes, ours, FailedFile.obeyed)
             else:
@@ -378,7 +381,12 @@ def _convention(file: FailedFile) -> Candidates:
         for vectors in conventions_of_vectors(given, setup.body, half):
             columns = columns_of(vectors.convert(given, setup.body))
             text = "; ".join(vectors.words)
-            yield _one("convention", text, file.changed(columns), FailedFile.obeyed)
+            yield _one("convention", text, file.rows.changed(columns), FailedFile.obeyed)
+
+
+def _of_unit_length(convention: Convention, body: Parameters, columns: Columns) -> Columns:
+    given = Given.of_columns(columns).of_unit_length
+    return conventions.convert(given, convention, body).columns
 
 
 def _by_any_force(rows: Samples) -> Samples:
@@ -503,11 +511,11 @@ def _number(file: FailedFile) -> Candidates:
 
 def _with(rows: Samples, name: str, p: float) -> Samples:
     """Return rows as those of a body, or by a clock, whose number has changed by ``p``."""
-    setup = rows.setup
     if name == "clock":
-        return setup.samples(Block({**rows.given, "t": rows.given["t"] * (1 + p)}))
+        return rows.changed({"t": rows.given["t"] * (1 + p)})
+    setup = rows.setup
     changed: dict[str, Any] = {name: (1 + p) * getattr(setup.body, name)}
-    return replace(setup, assumed=replace(setup.body, **changed)).samples(Block(rows.given))
+    return rows.changed({}, replace(setup, assumed=replace(setup.body, **changed)))
 
 
 def _by_own_force(file: FailedFile) -> Candidates:

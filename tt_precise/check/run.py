@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import inspect
+import itertools
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import Any, NamedTuple, ParamSpec
 
@@ -20,12 +21,12 @@ from tt_precise.check.columns import (
     TRACK,
     Block,
     CheckSetup,
-    Reading,
+    Columns,
     Samples,
     choose_set,
     recognised_columns,
 )
-from tt_precise.check.conventions import OURS, Convention, Given, convert
+from tt_precise.check.conventions import AXES, OURS, WORLDS, Convention, Given, convert
 from tt_precise.check.golden import (
     Compared,
     Position,
@@ -130,18 +131,34 @@ def examine(
                 f"digits: the solution has the scene's {option}; expected {option} scene"
             )
     scene = load_scene(scene)
-    convention = OURS.in_world(world, axis)
+    convention, others = OURS, dict[str, Convention]()
     if engine is not None:
-        from tt_precise.check.engine_states import engine_source
+        from tt_precise.check.engine_states import conventions_of_engine, engine_source
 
-        trajectory = engine_source(trajectory, engine, scene, columns or {}, world, axis)
-        convention = OURS
+        trajectory = engine_source(trajectory, engine, columns or {})
+        convention, others = conventions_of_engine(engine)
+    convention = convention.in_world(world, axis)
+    alternatives = {
+        f"it is read with --from {name}": other.in_world(world, axis)
+        for name, other in others.items()
+    }
+    if (world, axis) != ("z-up", "z"):
+        for pair in itertools.product(WORLDS, AXES):
+            if pair != (world, axis):
+                alternatives[_with_options(*pair)] = convention.in_world(*pair)
     # overflow and undefined values fail the check instead of giving a warning
     with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
         setup = _setup(table, scene, friction, start)
-        file = _load(table, setup, convention, cutoff, progress)
+        file = _load(table, setup, convention, alternatives, cutoff, progress)
         examination = _Examination(setup, file, wanted, digits, cutoff, allow)
         return examination.result(TrueSolution(scene, folder, progress))
+
+
+def _with_options(world: str, axis: str) -> str:
+    """Say with which options a file is read."""
+    options = [f"--world {world}"] * (world != "z-up") + [f"--axis {axis}"] * (axis != "z")
+    said = f"with {' '.join(options)}" if options else "without --world, --axis"
+    return f"it is read {said}"
 
 
 def in_python(text: str) -> str:
@@ -197,26 +214,28 @@ class _ReadTable(NamedTuple):
     """A trajectory as read: origin, columns and rows."""
 
     where: str
-    alternatives: Mapping[str, Reading]
+    alternatives: Mapping[str, Callable[[], Block]]
     whole: Block
     usable: UsableRows
 
 
 def _load(
-    table: RowSource, setup: CheckSetup, convention: Convention, cutoff: float, progress: Progress
+    table: RowSource,
+    setup: CheckSetup,
+    convention: Convention,
+    alternatives: Mapping[str, Convention],
+    cutoff: float,
+    progress: Progress,
 ) -> _ReadTable:
     height = setup.columns.height if setup.height_given else ()
     names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
     also = [name for name in recognised_columns(table.names) if name not in names]
     whole = table.load(names, also, progress)
-    if convention != OURS:
-        if setup.columns.name != "rigid body":
-            raise InputError(
-                f"{table.where}: got {setup.columns.name} columns, expected those of a rigid body "
-                "with another world or axis"
-            )
-        ours = convert(Given.of_columns(whole.values), convention, setup.body).columns
-        whole = _converted(whole, {**whole.values, **ours})
+    if convention != OURS and setup.columns.name != "rigid body":
+        raise InputError(
+            f"{table.where}: got {setup.columns.name} columns, expected those of a rigid body "
+            "with another world or axis"
+        )
     usable = usable_rows(whole, names, table.where, cutoff)
     rows = len(usable.block)
     if rows < 2 and not usable.broken:
@@ -225,17 +244,18 @@ def _load(
             + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
             + ", expected a trajectory of at least two"
         )
-    return _ReadTable(table.where, table.alternatives, whole, usable)
 
+    def in_convention(one: Convention, given: Columns) -> Columns:
+        return convert(Given.of_columns(given), one, setup.body).columns
 
-def _converted(whole: Block, values: dict[str, Array]) -> Block:
-    """Return the block with other columns; only its times are as written."""
-
-    def texts(row: int, names: Sequence[str]) -> list[Any]:
-        time = whole.texts(row, ["t"])[0]
-        return [time if name == "t" else float(values[name][row]) for name in names]
-
-    return replace(whole, values=values, texts=texts)
+    block = usable.block
+    others = {
+        text: partial(block.converted, partial(in_convention, one))
+        for text, one in alternatives.items()
+    }
+    if convention != OURS:
+        usable = usable._replace(block=block.converted(partial(in_convention, convention)))
+    return _ReadTable(table.where, others, whole, usable)
 
 
 def finiteness(block: Block, also: Sequence[str], broken: NotFinite | None) -> Check:

@@ -19,12 +19,11 @@ from dataclasses import replace
 from decimal import Decimal, InvalidOperation
 from functools import lru_cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.columns import ENGINES_OWN, OURS, Block, Reading, renamed
+from tt_precise.check.columns import ENGINES_OWN, OURS, Block, renamed
 from tt_precise.check.precision import times_of
 from tt_precise.runtime.tables import MOST_BYTES, too_large
 from tt_precise.runtime.terminal import Progress, silent
@@ -32,12 +31,7 @@ from tt_precise.runtime.values import Array, InputError
 
 
 class RowSource:
-    """A source of rows: its column names after renaming, and its origin.
-
-    ``alternatives`` has its rows in further conventions, by what each supposes.
-    """
-
-    alternatives: Mapping[str, Reading] = MappingProxyType({})
+    """A source of rows: its column names after renaming, and its origin."""
 
     def __init__(self, where: str, names: Sequence[str], rename: Mapping[str, str]):
         self.where = where
