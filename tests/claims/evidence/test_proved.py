@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
@@ -123,11 +124,82 @@ def test_reversals_and_precession_of_the_climb() -> None:
     assert before.high < 0 < after.low
     assert all(one is not None and 70 < one.low <= one.high < 90 for one in precession("reference"))
     assert sign_of_precession("reference") == 1
-    assert sign_of_precession("smoothest") in (0, 1)
     nothing = variant(until="1")
     assert reversal(nothing, "theta_min", "t_init") == [None, None]
     assert precession(nothing) == [None, None, None]
     assert sign_of_precession(nothing) == 0
+
+
+def span(low: float, high: float) -> Interval:
+    return Interval(Fraction(low), Fraction(high))
+
+
+def event(phi_dot: float, begin: float, end: float | None = None) -> dict[str, Interval]:
+    return {"t": span(begin, end or begin), "phi_dot": span(phi_dot, phi_dot)}
+
+
+@pytest.fixture
+def established(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Proofs of these events, of a climb that begins in (1, 1.5) and ends in (5, 5.5)."""
+    climb = {"t_init": span(1, 1.5), "t_end": span(5, 5.5)}
+
+    def establish(**events: Any) -> None:
+        found = SimpleNamespace(events=events.get, moment=lambda _, which: climb[which])
+        monkeypatch.setattr("tt_precise.claims.evidence.proved.proofs_of", lambda _: found)
+
+    return establish
+
+
+@pytest.mark.parametrize(
+    ("zeros", "equator", "sign"),
+    [
+        ([(0.5,), (6,)], (2, 3), 1),
+        ([(0.5,), (6,)], (-2, 3), -1),
+        ([(0.5,), (6,)], (0, 3), 0),  # no sign
+        ([(0.5, 1.25)], (2, 3), 0),  # a zero that may lie in the climb
+        ([(5.25, 6)], (2, 3), 0),
+        ([(4,)], (2, 3), 0),
+        ([], (2, 1.25, 3), 0),  # an equator that may lie before the climb, or after it
+        ([], (2, 3, 5.25), 0),
+        (None, (2, 3), 0),
+    ],
+)
+def test_the_sign_of_the_precession_needs_a_climb_without_zeros(
+    established: Callable[..., None],
+    zeros: list[tuple[float, ...]] | None, equator: tuple[float, ...], sign: int,
+) -> None:  # fmt: skip
+    known = None if zeros is None else [event(0, *zero) for zero in zeros]
+    established(phi_dot_zero=known, equator=[event(*equator)])
+    assert sign_of_precession("any") == sign
+
+
+@pytest.mark.parametrize(
+    ("turns", "found"),
+    [
+        ([(-3, 0.5), (-7, 0.75), (9, 2), (5, 3)], [-7, 9]),
+        ([(-7, 0.75), (8, 1.25), (9, 2)], [None, None]),  # on which side of the moment?
+        ([(-7, 0.75), (8, 0.8, 1.25), (9, 2)], [None, None]),
+        ([(-7, 0.75), (8, 1.25, 2), (9, 3)], [None, None]),
+        ([(-7, 0.75)], [None, None]),
+        ([(9, 2)], [None, None]),
+    ],
+)
+def test_a_reversal_needs_turning_points_that_are_surely_before_and_after(
+    established: Callable[..., None], turns: list[tuple[float, ...]], found: list[float | None]
+) -> None:
+    established(theta_min=[event(*turn) for turn in turns])
+    assert [one and one.low for one in reversal("any", "theta_min", "t_init")] == found
+
+
+def test_the_precession_at_the_begin_is_that_of_the_only_event_there(
+    established: Callable[..., None],
+) -> None:
+    established(Lk_equals_Lz=[event(70, 0.5), event(80, 1.25)])
+    (found, *_) = precession("any")
+    assert found is not None
+    assert found.low == found.high == 80
+    established(Lk_equals_Lz=[event(70, 0.5, 1), event(80, 1.25)])
+    assert precession("any")[0] is None
 
 
 def test_enclosed_events_are_counted_surely_and_possibly() -> None:
