@@ -10,18 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
 from unittest import mock
 
 import numpy
+import pandas
 
 from tt_precise.check import force_free
 from tt_precise.check.conventions import Given
 from tt_precise.check.force_free import Misfit, Rounding
+from tt_precise.golden import store
+from tt_precise.integration import integrate
 from tt_precise.runtime.values import InputError
-
-if TYPE_CHECKING:
-    import pandas
+from tt_precise.scene.scene import load_scene
 
 HERTZ = (30, 60, 100, 240, 500, 960)
 ROWS = 400
@@ -39,18 +39,12 @@ Ratios = dict[tuple[str, str], float]
 
 def scenes() -> list[str]:
     """Return the scenes with rows that have an attitude and a velocity on the table."""
-    from tt_precise.golden import store
-    from tt_precise.scene.scene import load_scene
-
     still = ("upright", "inverted")
     return [name for name in store.scenes() if not load_scene(name).lifts and name not in still]
 
 
 def right_rows(scene_name: str, hertz: int) -> pandas.DataFrame | None:
     """Return the pose in ``ROWS`` right rows at most; None where it is not defined."""
-    from tt_precise.integration import integrate
-    from tt_precise.scene.scene import load_scene
-
     scene = load_scene(scene_name)
     run = integrate(scene, events=(), record=("phi", "psi", "x", "y"))
     end = min(Fraction(ROWS, hertz), scene.until)
@@ -64,8 +58,6 @@ def right_rows(scene_name: str, hertz: int) -> pandas.DataFrame | None:
 
 def misfits_of(scene_name: str, hertz: int) -> list[Misfit]:
     """Return the misfits of right rows by polynomials, then by guidance, of every quantity."""
-    from tt_precise.scene.scene import load_scene
-
     frame = right_rows(scene_name, hertz)
     if frame is None:
         return []

@@ -10,6 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import sympy
+
+from tt_precise.mechanics import euler
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, Scalar
 
@@ -101,11 +104,6 @@ def rates_without(
 
 def term_names() -> list[str]:
     """Return the terms of the paper's eqs (2) to (7) as texts, with the equations of each."""
-    import sympy
-
-    from tt_precise.mechanics import euler
-    from tt_precise.mechanics.parameters import Parameters
-
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     state = euler.EulerState(*sympy.symbols("theta theta_dot phi_dot omega_3 nu_x nu_y"))
     g_n, whole = sympy.Symbol("g_n"), euler.normal_force(body, state, sympy)

@@ -11,17 +11,16 @@ import random
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas
 
 from benchmarks.random_scenes import random_scene, stands
-from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.terminal import Progress, progress_bar, say, silent
 from tt_precise.runtime.values import InputError, Json
-
-if TYPE_CHECKING:
-    import pandas
-
-    from tt_precise.integration import Trajectory
-    from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import Scene
+from tt_precise.tradeoff.findings import TradeoffTables, findings
 
 OUT = Path("reports/measured/estimates.csv")
 SAMPLES = 1_000
@@ -30,7 +29,6 @@ SAMPLES = 1_000
 TRUTH = {"double": ("extended", None), "extended": ("quad", None), "quad": ("mp", 170)}
 BEYOND = 50
 SAMPLES_OF_A_RUN = 20
-OPTIMISM = 0.3  # digits by which an estimate may exceed the truth
 
 
 @dataclass(frozen=True)
@@ -58,8 +56,6 @@ def row(sample: Sample) -> dict[str, Json]:
 
     ``estimated`` and ``right`` are the least of all samples, and missing where it raised.
     """
-    from tt_precise.integration import integrate
-
     known = {
         "seed": sample.seed,
         "model": sample.scene.model,
@@ -84,8 +80,6 @@ def row(sample: Sample) -> dict[str, Json]:
 
 def truth_of(trajectory: Trajectory) -> Trajectory:
     """Integrate the trajectory's scene in a finer arithmetic, without events."""
-    from tt_precise.integration import integrate
-
     own = trajectory.precision
     name, bits = TRUTH.get(own.name, ("mp", own.bits + BEYOND))
     return integrate(
@@ -101,8 +95,6 @@ def right_throughout(trajectory: Trajectory, truth: Trajectory | None = None) ->
 
 def table(seeds: Iterable[int] = range(SAMPLES), progress: Progress = silent) -> pandas.DataFrame:
     """A row for each seed."""
-    import pandas
-
     every = list(seeds)
     rows = []
     for number, seed in enumerate(every):
@@ -111,30 +103,12 @@ def table(seeds: Iterable[int] = range(SAMPLES), progress: Progress = silent) ->
     return pandas.DataFrame(rows)
 
 
-def summary(estimates: pandas.DataFrame) -> str:
-    """The table in a few sentences."""
-    ran = estimates[estimates["status"] != "raised"]
-    excess = ran["estimated"] - ran["right"]
-    return "\n".join(
-        [
-            f"{len(estimates)} scenes: {len(estimates) - len(ran)} raised, "
-            f"{int((ran['right'] >= ran['wanted']).sum())} of {len(ran)} delivered.",
-            f"The estimate exceeds the truth by {excess.max():.2f} digits at most; "
-            f"the median is {abs(excess.median()):.2f} off, the lowest {-excess.min():.2f} below.",
-            f"{int((excess > OPTIMISM).sum())} are more than {OPTIMISM:g} digits above it.",
-        ]
-    )
-
-
 def main() -> None:
-    """Measure, and write ``reports/measured/estimates.csv``."""
-    from tt_precise.runtime.files import atomic_write
-    from tt_precise.runtime.terminal import progress_bar
-
+    """Measure, write ``reports/measured/estimates.csv``, and print the findings."""
     with progress_bar("estimating errors") as progress:
         estimates = table(progress=progress)
     atomic_write(OUT, estimates.to_csv(index=False, lineterminator="\n"))
-    print(summary(estimates))
+    say(map(str, findings(TradeoffTables(None, estimates=estimates))))
 
 
 if __name__ == "__main__":

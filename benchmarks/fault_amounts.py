@@ -18,15 +18,24 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 from unittest import mock
 
+import heyoka
 import numpy
+import pandas
 
-from tt_precise.runtime.terminal import Progress, silent
-
-if TYPE_CHECKING:
-    import pandas
+from benchmarks.dropped_terms import rates_without, term_names
+from tt_precise.check import conservation
+from tt_precise.integration import integrate
+from tt_precise.integration.precision import precision_named
+from tt_precise.mechanics import euler
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+from tt_precise.mechanics.parameters import Units
+from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.terminal import Progress, progress_bar, silent
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import load_scene
 
 SCENE = "reference"
 OUT = Path("reports/measured/fault-amounts.csv")
@@ -60,9 +69,6 @@ class Fault:
 @cache
 def right(hertz: int, amount: float = 0.0, name: str = "") -> pandas.DataFrame:
     """Return the rows of the scene, whose number ``name`` is ``amount`` of it larger."""
-    from tt_precise.integration import integrate
-    from tt_precise.scene.scene import load_scene
-
     scene = load_scene(SCENE).varied(sample_every=str(Fraction(1, hertz)), until=str(UNTIL))
     if name in START:
         scene = scene.varied(**{name: str(Fraction(START[name]) * (1 + Fraction(amount)))})
@@ -92,7 +98,7 @@ def faults() -> Iterator[Fault]:
     yield Fault("velocities late, in rows", _changed(_late))
 
 
-Change = Callable[["pandas.DataFrame", float], "pandas.DataFrame"]
+Change = Callable[[pandas.DataFrame, float], pandas.DataFrame]
 
 
 def _changed(change: Change) -> Callable[[int, float], pandas.DataFrame]:
@@ -143,8 +149,6 @@ def _late(frame: pandas.DataFrame, amount: float) -> pandas.DataFrame:
 
 def smallest(fault: Fault, hertz: int, friction: str) -> float | None:
     """Return the smallest amount that fails; larger ones fail as well. None if none does."""
-    from tt_precise.check import conservation
-
     found = None
     for amount in AMOUNTS:
         # what explains a failure is not asked
@@ -158,12 +162,6 @@ def smallest(fault: Fault, hertz: int, friction: str) -> float | None:
 
 def dropped(numbers: Iterable[int] | None = None, progress: Progress = silent) -> pandas.DataFrame:
     """Return a line for each term of the equations: the drift of lambda without it, what fails."""
-    import pandas
-
-    from benchmarks.dropped_terms import term_names
-    from tt_precise.check import conservation
-    from tt_precise.runtime.values import InputError
-
     names, rows = term_names(), []
     wanted = range(len(names)) if numbers is None else list(numbers)
     for done, number in enumerate(wanted, start=1):
@@ -181,17 +179,6 @@ def dropped(numbers: Iterable[int] | None = None, progress: Progress = silent) -
 
 def without_term(number: int | None) -> pandas.DataFrame:
     """Return rows of the paper's Euler equations without a term, to double's full accuracy."""
-    import heyoka
-    import pandas
-
-    from benchmarks.dropped_terms import rates_without
-    from tt_precise.integration.precision import precision_named
-    from tt_precise.mechanics import euler
-    from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-    from tt_precise.mechanics.parameters import Units
-    from tt_precise.scene.initial_state import InitialState
-    from tt_precise.scene.scene import load_scene
-
     scene = load_scene(SCENE)
     start = InitialState.of(scene, precision_named("double").arithmetic)
     body, units = start.body.numbers(float), Units(*map(float, start.units))
@@ -214,8 +201,6 @@ def without_term(number: int | None) -> pandas.DataFrame:
 
 def table(progress: Progress = silent) -> pandas.DataFrame:
     """Return a line for each fault, and a column for each spacing and friction."""
-    import pandas
-
     every, rows = list(faults()), []
     for number, fault in enumerate(every):
         row: dict[str, object] = {"fault": fault.name}
@@ -229,9 +214,6 @@ def table(progress: Progress = silent) -> pandas.DataFrame:
 
 def main() -> None:
     """Measure, and write the tables."""
-    from tt_precise.runtime.files import atomic_write
-    from tt_precise.runtime.terminal import progress_bar
-
     with progress_bar("planting faults") as progress:
         found = table(progress)
     atomic_write(OUT, found.to_csv(index=False, float_format="%.0e", lineterminator="\n"))

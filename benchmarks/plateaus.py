@@ -12,10 +12,11 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import ExitStack
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from unittest import mock
 
 import numpy
+import pandas
 
 from benchmarks.bound_factors import right_rows, scenes
 from benchmarks.fault_amounts import SCENE, faults
@@ -23,9 +24,6 @@ from tt_precise.check import force_free, force_free_flow, friction_power, kinema
 from tt_precise.check.checks import CHECKS
 from tt_precise.check.columns import COLUMN_SETS, Block, CheckSetup
 from tt_precise.scene.scene import load_scene
-
-if TYPE_CHECKING:
-    import pandas
 
 HERTZ = (60, 240)
 AMOUNTS = (1e-2, 1e-4)

@@ -7,15 +7,17 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
+from tt_precise.integration import integrate
+from tt_precise.integration.precision import precision_named
+from tt_precise.integration.setup import require_contact
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import TippeTop
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Inclination, Scene, Start
 
 
 def gliding_scenes(until_s: Fraction | int) -> Iterator[Scene]:
     """Gliding tops on a table that has to push all the way to ``until_s``; the same every time."""
-    from tt_precise.integration import integrate
-
     seed = 0
     while True:
         scene = random_scene(random.Random(seed), f"scene-{seed}")
@@ -56,10 +58,6 @@ def random_scene(draws: random.Random, name: str) -> Scene:
 
 def stands(scene: Scene) -> bool:
     """Test that the table has to push at the start."""
-    from tt_precise.integration.precision import precision_named
-    from tt_precise.integration.setup import require_contact
-    from tt_precise.scene.initial_state import InitialState
-
     double = precision_named("double")
     start = InitialState.of(scene, double.arithmetic)
     try:

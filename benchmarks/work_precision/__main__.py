@@ -33,10 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for name, table in ((TABLE, measured.table), (GROWTH, grown))
         }
     )
-    say(
-        f"{finding.name}: {f'{finding.value:.3g} {finding.unit}'.strip()}  ({finding.definition})"
-        for finding in findings(TradeoffTables(measured.table, grown))
-    )
+    say(map(str, findings(TradeoffTables(measured.table, grown))))
 
 
 if __name__ == "__main__":

@@ -8,10 +8,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import heyoka
 import numpy
 
 from benchmarks.work_precision.peers import Method, Prepare, Settings, Solve, SolverResult
 from benchmarks.work_precision.problem import GoldenProblem
+from tt_precise.integration import integrate
 from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
 from tt_precise.integration.heyoka_backend import build, numeric_options
@@ -24,8 +26,6 @@ from tt_precise.runtime.values import Adaptive, Array, Scalar
 
 def bare_batch(setup: Setup, state: Array, parameters: Array) -> Adaptive:
     """The bare equations in SIMD lanes: a column of ``state`` and of ``parameters`` for each."""
-    import heyoka
-
     return heyoka.taylor_adaptive_batch(
         Equations.of(setup.formulation).system,
         state.copy(),
@@ -59,8 +59,6 @@ def setup_of(
 
 def bare(problem: GoldenProblem, settings: Settings, options: Sequence[str] = ()) -> Solve:
     """The equations and nothing else: no events, not even the end of contact."""
-    import heyoka
-
     setup = setup_of(problem, settings, options=options)
     adaptive = heyoka.taylor_adaptive(
         Equations.of(setup.formulation).system,
@@ -91,8 +89,6 @@ def _solver(
     settings: Settings,
     setup: Setup | None = None,
 ) -> Solve:
-    import heyoka
-
     precision = settings.precision
     number = precision.number
     zero = number(precision.context.mpf(0))
@@ -159,8 +155,6 @@ def user(request: str, problem: GoldenProblem, settings: Settings) -> Solve:
 
     ``request`` is "tolerance", or "digits": then the tolerance says how many.
     """
-    from tt_precise.integration import integrate
-
     precision, names = settings.precision, problem.published.columns
     scene = replace(problem.scene, until=problem.until)
     units = problem.start(precision).units

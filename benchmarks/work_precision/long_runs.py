@@ -6,9 +6,10 @@ import math
 import random
 from dataclasses import replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy
+import pandas
 
 from benchmarks.work_precision.heyoka_methods import bare_batch
 from tt_precise.integration.precision import precision_named
@@ -20,9 +21,6 @@ from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.tradeoff.findings import GROWING, LONG_SCENES
-
-if TYPE_CHECKING:
-    import pandas
 
 LANES = 8
 TIMES_A_DECADE = 4
@@ -42,8 +40,6 @@ WHOLE = (LongRuns(8, 1e5), LongRuns(32, 1e4))
 
 def table(spans: tuple[LongRuns, ...], progress: Progress = silent) -> pandas.DataFrame:
     """Rows of ``scene, seed, t_s, jellett, energy``: relative signed errors."""
-    import pandas
-
     rows: list[dict[str, Json]] = []
     runs = [(name, span) for name in LONG_SCENES for span in spans]
     work = sum(span.seeds * span.until_s for _, span in runs)

@@ -9,20 +9,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from statistics import median
 from timeit import timeit
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+
+import heyoka
+import pandas
 
 from benchmarks.work_precision.heyoka_methods import OWN
 from benchmarks.work_precision.peers import PEERS, Settings, Solve, SolverResult
 from benchmarks.work_precision.problem import GoldenProblem, StateErrors, golden_problem
+from tt_precise import golden
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, Json, Scalar
 from tt_precise.scene.scene import load_scene
 from tt_precise.tradeoff.findings import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
-
-if TYPE_CHECKING:
-    import pandas
-
 
 METHODS = {method.name: method for method in (*OWN, *PEERS)}
 DECADES = tuple(float(f"1e-{n}") for n in range(3, 16))
@@ -128,8 +128,6 @@ def _odefun(bits: tuple[int, ...]) -> Iterator[Trial]:
 
 
 def _other_scenes() -> Iterator[Trial]:
-    from tt_precise import golden
-
     for scene in golden.scenes():
         if scene == SCENE:
             continue
@@ -270,8 +268,6 @@ class Tradeoff(NamedTuple):
     @property
     def table(self) -> pandas.DataFrame:
         """Rows of methods, then of the machine."""
-        import pandas
-
         return pandas.DataFrame([*self.rows, *self.machine])
 
 
@@ -331,8 +327,6 @@ def _compiled_anew() -> Iterator[Callable[[], None]]:
     So the first compilation of a group is what it costs at first, and a later one of the same
     system, for another scene, costs nothing.
     """
-    import heyoka
-
     state = heyoka.llvm_state
     enabled = state.get_diskcache_enabled()
     state.set_diskcache_enabled(False)

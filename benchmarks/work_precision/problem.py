@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, cached_property
 
+from tt_precise import golden
+from tt_precise.integration import integrate
 from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.mechanics.conserved import INTEGRALS, drift
@@ -79,14 +81,10 @@ class GoldenProblem:
         bits = self.truth_bits or GOLDEN_BITS
         precision = precision_named("mp", bits)
         if self.truth_bits:
-            from tt_precise.integration import integrate
-
             rows = integrate(replace(self.scene, until=self.until), "mp", bits=bits).frame(
                 *VECTOR_COLUMNS, times=self.times, numbers="text"
             )
         else:
-            from tt_precise import golden
-
             frame = golden.load(self.scene.name, "text")
             rows = frame[frame["t"].map(Fraction).isin(self.times)]
         start = InitialState.of(self.scene, precision.arithmetic)
@@ -176,8 +174,6 @@ def golden_problem(
 
     The end of a scene that loses contact is the moment at which it does.
     """
-    from tt_precise import golden
-
     every = [Fraction(t) for t in golden.load(scene, "text")["t"] if Fraction(t) > 0]
     wanted = [t for t in every if until is None or t <= Fraction(until)]
     if not wanted or (until is not None and wanted[-1] != Fraction(until)):

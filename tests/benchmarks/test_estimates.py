@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks import estimates
 from tt_precise.integration import integrate
+from tt_precise.tradeoff.findings import OPTIMISM, TradeoffTables, findings
 
 SAMPLE = (0, 3, 6, 14)  # gliding, rolling, one that leaves the table; 5 to 12 digits
 
@@ -15,7 +16,7 @@ SAMPLE = (0, 3, 6, 14)  # gliding, rolling, one that leaves the table; 5 to 12 d
 def test_digits_are_delivered_and_estimated(seed: int) -> None:
     found = estimates.row(estimates.sample(seed))
     assert found["right"] >= found["wanted"]
-    assert found["right"] - 1 <= found["estimated"] <= found["right"] + estimates.OPTIMISM
+    assert found["right"] - 1 <= found["estimated"] <= found["right"] + OPTIMISM
 
 
 def test_cases_are_seeded() -> None:
@@ -28,15 +29,15 @@ def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     body = replace(one.scene.body, mu=one.scene.body.mu * (1 + Fraction(1, 10**6)))
     wrong = integrate(replace(one.scene, body=body), digits=one.wanted)
     wrong.scene = one.scene
-    assert wrong.digits_throughout - estimates.right_throughout(wrong) > estimates.OPTIMISM
+    assert wrong.digits_throughout - estimates.right_throughout(wrong) > OPTIMISM
 
 
 @pytest.mark.slow
 def test_estimates_of_a_thousand_cases_are_not_optimistic() -> None:
     found = estimates.table()
-    print(estimates.summary(found))
+    print(*findings(TradeoffTables(None, estimates=found)), sep="\n")
     ran = found[found["status"] != "raised"]
     assert len(ran) > 0.99 * estimates.SAMPLES
     assert (ran["right"] >= ran["wanted"]).all()
     excess = ran["estimated"] - ran["right"]
-    assert excess.max() <= estimates.OPTIMISM
+    assert excess.max() <= OPTIMISM

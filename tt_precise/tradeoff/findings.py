@@ -72,6 +72,9 @@ class Finding(Record, frozen=True):
     definition: Annotated[str, means("how it is computed")]
     unit: Annotated[str, means("its unit")] = "times"
 
+    def __str__(self) -> str:
+        return f"{self.name}: {f'{self.value:.3g} {self.unit}'.strip()}  ({self.definition})"
+
 
 def findings(tables: TradeoffTables) -> list[Finding]:
     """All findings from the tables."""
