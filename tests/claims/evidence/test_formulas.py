@@ -23,6 +23,12 @@ def test_the_point_lies_on_the_relations_of_the_chart_and_has_no_symmetry() -> N
     assert not {Fraction(0), Fraction(1)} & set(generic)
 
 
+def test_formulas_that_differ_only_beyond_the_point_are_not_called_equal() -> None:
+    assert f.POINT["theta_dot"] == "11/5"
+    with pytest.raises(ArithmeticError, match="choose another"):
+        f.equal("phi_dot + 5*theta_dot - 11", f.parse("phi_dot"))
+
+
 @pytest.mark.parametrize(
     ("printed", "holds"),
     [

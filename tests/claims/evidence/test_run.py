@@ -4,9 +4,10 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy
+import pandas
 import pytest
 
-from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, _vertex, exact, variant
 from tt_precise.integration import integrate
 from tt_precise.mechanics.quantities import QUANTITIES, Quantity
 
@@ -106,6 +107,29 @@ def test_the_extreme_of_a_quantity_made_for_a_claim_is_that_of_the_event() -> No
     # at an end it is the value there
     settled = REFERENCE.extreme("E", largest=True)
     assert float(settled.value) == pytest.approx(float(REFERENCE.at("E", "0").value), rel=1e-15)
+
+
+def test_a_vertex_is_the_same_wherever_beside_it_one_looks() -> None:
+    fine = SHORT.trajectory(FINE)
+    times, values = SHORT.extrema("theta_dot")
+    t = times[1 + values[1:-1].argmax()]
+    beside = t + 2**-30
+    at, again = (_vertex(fine, "theta_dot", moment) for moment in (t, beside))
+    (there,) = exact(fine, "theta_dot", beside)
+    assert abs(again / at - 1) < 1e-25 < 1e-15 < abs(there / at - 1)
+
+
+def test_the_band_has_no_width_next_to_a_pause() -> None:
+    """Between turning points that are further apart than nutations the top does not nutate."""
+    times, angles = [0.0, 0.04, 0.08, 0.5, 0.54, 0.58], [0.0, 0.2, 0.1, 0.9, 0.7, 0.9]
+    run = Run()
+    turns = pandas.DataFrame({"t": times, "theta": angles})
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(Run, "turning_points", turns)
+        band = run.band
+    assert [point.t for point in band] == [0.04, 0.54]
+    assert [point.width for point in band] == pytest.approx([0.15, 0.2])
+    assert [point.middle for point in band] == pytest.approx([0.125, 0.8])
 
 
 def test_nutations_and_the_least_in_each() -> None:

@@ -56,8 +56,9 @@ def test_every_start_is_there_with_and_without_contact() -> None:
 
 def test_a_longer_run_replaces_outcome_and_times_and_leaves_ranges() -> None:
     rows = pandas.DataFrame(
-        {"series": ["box", "box"], "index": [0, 1], "outcome": ["inverts", "undecided"],
-         "t_end_A": [7.0, numpy.nan], "max_nu_x": [0.1, 0.2]}
+        {"series": ["box"] * 3, "index": [0, 1, 2], "max_nu_x": [0.1, 0.2, 0.3],
+         "outcome": ["inverts", "undecided", "does_not_invert"],
+         "t_end_A": [7.0, numpy.nan, numpy.nan]}
     )  # fmt: skip
     longer = pandas.DataFrame(
         {"series": ["box"], "index": [1], "outcome": ["inverts"], "t_end_A": [15.0],
@@ -65,8 +66,8 @@ def test_a_longer_run_replaces_outcome_and_times_and_leaves_ranges() -> None:
     )  # fmt: skip
     assert sweeps.undecided(rows) == 1
     found = sweeps.continued(rows, longer)
-    assert list(found["t_end_A"]) == [7.0, 15.0]
-    assert list(found["max_nu_x"]) == [0.1, 0.2]
+    assert list(found["t_end_A"][:2]) == [7.0, 15.0]
+    assert list(found["max_nu_x"]) == [0.1, 0.2, 0.3]
     assert sweeps.undecided(found) == 0
 
 
