@@ -85,6 +85,26 @@ class State:
             precision,
         )
 
+    def with_errors(self, errors: Mapping[str, Scalar]) -> State:
+        """The state with known ``errors``, with which its wide numbers print.
+
+        Of several times an error is an array.
+        """
+
+        def error(name: str, *row: int) -> Scalar | None:
+            known = errors.get(name)
+            return known[row[0]] if row and known is not None else known
+
+        def carried(name: str, value: Scalar) -> Scalar:
+            if not hasattr(value, "dtype"):
+                return carrying(value, partial(error, name))
+            entries = [carrying(x, partial(error, name, i)) for i, x in enumerate(value.tolist())]
+            return numpy.array(entries, dtype=value.dtype)
+
+        carrying = self.precision.carrying
+        values = {name: carried(name, value) for name, value in self.values.items()}
+        return State(self.t, values, self.precision, errors)
+
     def __repr__(self) -> str:
         if hasattr(self.t, "__len__"):
             return f"<State at {len(self.t)} times: {', '.join(self.values)}>"
@@ -165,9 +185,7 @@ def _state_of(plain: dict[str, Any], precision: Precision, errors: dict[str, Any
     values = {name: _number_of(value, precision.context) for name, value in plain.items()}
     t = values.pop("t")
     known = {name: _number_of(error, precision.context) for name, error in errors.items()}
-    carrying = precision.carrying
-    values = {name: carrying(value, partial(known.get, name)) for name, value in values.items()}
-    return State(t, values, precision, known)
+    return State(t, values, precision).with_errors(known)
 
 
 def unit_of(name: str) -> str:

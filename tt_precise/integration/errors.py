@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
@@ -46,7 +46,7 @@ from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.quantities import UNITLESS, Quantity, UserFunction
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
-from tt_precise.scene.numerals import shortest_texts
+from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.taylor.series import TaylorSeries
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
@@ -171,6 +171,26 @@ def _missing(value: Scalar) -> bool:
     return value is None or value != value
 
 
+class Later(Mapping[Any, Scalar]):
+    """Errors that are computed when they are first read."""
+
+    def __init__(self, compute: Callable[[], Mapping[Any, Scalar]]):
+        self._compute = compute
+
+    @cached_property
+    def _known(self) -> Mapping[Any, Scalar]:
+        return self._compute()
+
+    def __getitem__(self, name: Any) -> Scalar:
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+
 class Errors:
     """The errors of a ``run``, by other solutions of its scene, or by ``reference_runs``."""
 
@@ -234,14 +254,21 @@ class Errors:
         else:
             columns = own_table(run, state, times, "float")
         values = {name: floats(column) for name, column in columns.items() if name != "t"}
-        errors = {name: numpy.zeros(len(times)) for name in every}
-        for reference in self.references:
-            for name, apart in self._distances(reference, every, times, own).items():
-                errors[name] = numpy.fmax(errors[name], apart)
+        errors = self.at_times(times, every, own)
         known = {name: errors[name] for name in state}
         digits = digits_over_rows(values, known, run.start, run.precision.bits)
         seconds = numpy.array([float(t) for t in times])
         return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
+
+    def at_times(
+        self, times: Sequence[Fraction], names: Sequence[Name], own: States | None = None
+    ) -> dict[Name, Array]:
+        """The errors (SI) of columns at exact ``times`` (s), where ``own`` are the run's states."""
+        errors = {name: numpy.zeros(len(times)) for name in names}
+        for reference in self.references:
+            for name, apart in self._distances(reference, names, times, own).items():
+                errors[name] = numpy.fmax(errors[name], apart)
+        return errors
 
     def events(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
         """Columns of the events: name, t, error (s), the errors of ``names`` (SI), "digits"."""
@@ -267,20 +294,20 @@ class Errors:
         own: States | None,
     ) -> dict[Name, Array]:
         """Distances of the columns from a reference's columns; NaN where a value is undefined."""
-        arrived = self._run.status in ARRIVED
-        # if the model ends before its horizon, the runs have different ends
-        inner = list(times if arrived else times[:-1])
+        arrived, last = self._run.status in ARRIVED, as_fraction(self._run.end)
         end = float(reference.end) * (1 + 1e-15)  # two runs to one horizon differ by roundings
-        while inner and inner[-1] > end:
-            inner.pop()
-        same = own if len(inner) == len(times) else None
-        distances = compare(self._run, reference, names, inner, same)
+        # if the model ends before its horizon, the runs have different ends
+        inner = numpy.array([t <= end and (arrived or t < last) for t in times], dtype=bool)
+        same = own if inner.all() else None
+        distances = compare(
+            self._run, reference, names, [t for t, i in zip(times, inner, strict=True) if i], same
+        )
         for name in names:
             apart = numpy.full(len(times), math.inf)
-            apart[: len(inner)] = distances[name]
+            apart[inner] = distances[name]
             if reference.status == self._run.status:
                 rest = math.nan if arrived else self.at_end.get(str(name), math.nan)
-                apart[len(inner) :] = float(rest)
+                apart[~inner] = float(rest)
             distances[name] = apart
         return distances
 

@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy
 
-from tt_precise.integration.columns import POSE, State, expanded
+from tt_precise.integration.columns import POSE, POSE_NAMES, State, expanded
 from tt_precise.integration.dense_output import is_doubles
 from tt_precise.integration.errors import (
-    ERROR,
     TIME,
     Errors,
+    Later,
     errors_of,
     events_with_errors,
     floats,
+    is_estimate,
     table_with_errors,
 )
 from tt_precise.integration.events import not_alternating
@@ -30,6 +31,7 @@ from tt_precise.integration.reading import (
     Numbers,
     drift_over_time,
     end_state,
+    is_drift,
     rows,
     states,
     with_quadratures,
@@ -83,7 +85,8 @@ class Trajectory(Hints):
 
     Errors are estimated by further runs, which are integrated when errors are first asked for: by
     ``digits=`` of ``integrate``, or by a member or column that returns errors. From then on numbers
-    wider than double print with their errors.
+    wider than double print with their errors, at any time and in events; poses and drifts, which
+    have none, print in all digits.
 
     Several threads may read from one trajectory. A pickle contains the scene and the set-up, no
     numbers and no code: unpickling integrates again.
@@ -164,10 +167,7 @@ class Trajectory(Hints):
     @property
     def state(self) -> State:
         """The state at ``t_end``."""
-        state, errors = end_state(self.run), self.errors.available_at_end
-        carrying = self.precision.carrying
-        values = {n: carrying(value, partial(errors.get, n)) for n, value in state.values.items()}
-        return State(state.t, values, state.precision, errors)
+        return end_state(self.run).with_errors(self.errors.available_at_end)
 
     @property
     def end_text(self) -> str:
@@ -179,15 +179,25 @@ class Trajectory(Hints):
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
 
-        A sequence of times gives one ``State`` whose components are arrays.
+        A sequence of times gives one ``State`` whose components are arrays. Numbers have their
+        errors as the class says.
 
         Raises
         ------
         InputError
             ``t`` lies outside [0, t_end]: a solution is never extrapolated.
         """
-        found = states(self.run, list(map(self.run.dimensionless_time, each(t))))
-        return found[0] if is_one(t) else State.stack(found, self.precision)
+        times = list(each(t))
+        found = states(self.run, list(map(self.run.dimensionless_time, times)))
+        state = found[0] if is_one(t) else State.stack(found, self.precision)
+        if not self.errors.available:
+            return state
+
+        def errors() -> Mapping[Any, Scalar]:
+            known = self.errors.at_times(list(map(as_fraction, times)), [*state.values])
+            return {n: error[0] for n, error in known.items()} if is_one(t) else known
+
+        return state.with_errors(Later(errors))
 
     def motion(self, t: Scalar) -> Motion:
         """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does.
@@ -247,6 +257,10 @@ class Trajectory(Hints):
         if pose:
             names = (*names, POSE)
         columns = self.table(*names, times=times, numbers=numbers, progress=progress)
+        if numbers == "exact":
+            wanted = [n for n in expanded(names or self.run.columns.names) if n not in POSE_NAMES]
+            exact = self.sample_times if times is None else tuple(map(as_fraction, each(times)))
+            columns = self._carrying(columns, wanted, partial(self.errors.at_times, exact))
         return pandas.DataFrame(columns)
 
     def table(
@@ -333,7 +347,9 @@ class Trajectory(Hints):
     def events(self) -> pandas.DataFrame:
         """All recorded events in order of time: name, t (s), direction, and the state (SI).
 
-        ``direction`` is +1 where the event's function rises through zero, -1 where it falls.
+        ``direction`` is +1 where the event's function rises through zero, -1 where it falls. The
+        function of ``equator`` is cos theta, which falls where theta rises, that of ``theta_min``
+        and ``theta_max`` the rate of cos theta, and that of ``extremum:`` the quantity's rate.
         """
         return self._events(self.run.columns.names, "exact")
 
@@ -366,13 +382,36 @@ class Trajectory(Hints):
             for name in named.keys() - {"name", "direction"}:
                 named[name] = self._as(numbers, named[name])
             return pandas.DataFrame(named)
-        known = {name.removeprefix(ERROR): named[name] for name in named if name.startswith(ERROR)}
-        if self.errors.available:
-            known.setdefault("t", self.errors.events()[TIME])
-        for name in known.keys() & named.keys() if not self.precision.is_float else ():
-            pairs = zip(named[name], known[name].tolist(), strict=True)
-            named[name] = [self.precision.carrying(x, partial(float, error)) for x, error in pairs]
-        return pandas.DataFrame(named)
+        wanted = [name for name in table if name not in ("name", "t", "direction")]
+        return pandas.DataFrame(self._carrying(named, wanted, self.errors.events, TIME))
+
+    def _carrying(
+        self,
+        columns: Mapping[str, Array],
+        names: Iterable[Any],
+        errors: Callable[[Sequence[Any]], Mapping[Any, Array]],
+        of_time: str = "",
+    ) -> dict[str, Array]:
+        """Columns whose wide numbers print with the ``errors`` of ``names``, if these are known."""
+        if self.precision.is_float or not self.errors.available:
+            return dict(columns)
+        of = [name for name in names if not is_estimate(name) and not is_drift(name)]
+        known = cache(lambda: errors(of))
+
+        def error(name: Any, row: int) -> float:
+            return float(known()[name][row])
+
+        carried = {getattr(name, "name", name): name for name in of}
+        if of_time:
+            carried["t"] = of_time
+        of_each = {
+            shown: [
+                self.precision.carrying(value, partial(error, name, row))
+                for row, value in enumerate(columns[shown])
+            ]
+            for shown, name in carried.items()
+        }
+        return {name: of_each.get(name, column) for name, column in columns.items()}
 
     def _as(self, numbers: Numbers, values: Array) -> Array:
         """Values of events as floats or texts, like a table's."""
