@@ -66,6 +66,12 @@ def test_the_euler_form_prints_vectors_too(printed: Printed) -> None:
         assert abs(a - b) < mpmath.mpf("1e-14") * max(abs(b), mpmath.mpf("1e-4")), name
 
 
+def test_t_among_the_columns_is_no_second_one(tmp_path: Path, said: Said) -> None:
+    out = tmp_path / "x.csv"
+    said(SHORT, "--columns t,E --out", out)
+    assert [*pandas.read_csv(out)] == ["t", "E"]
+
+
 def test_events_are_printed_when_asked_for(printed: Printed) -> None:
     found = printed(SHORT, "--events 'theta_min, nu_y_zero' --precision extended")["events"]
     assert {event["name"] for event in found} == {"theta_min", "nu_y_zero"}

@@ -79,6 +79,7 @@ def test_a_key_of_the_file_of_a_sweep_is_refused_as_an_option(
 ) -> None:
     refused = said("sweep", file, option, status=2)
     assert refused.startswith(f"tt-precise: {option.split()[0]}: got this option with ")
+    assert refused.rstrip().endswith(" in that file")
 
 
 @pytest.mark.parametrize(

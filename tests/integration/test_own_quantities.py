@@ -297,12 +297,13 @@ def _without_a_name(q: Motion) -> Any:
     ("function", "line"),
     [
         (lambda q: q.parameters, "got no 'parameters' of a Motion, expected one of: a, body, "),
+        (lambda q: q.lam, "quantity of `tt-precise columns`; did you mean jellett"),
         (lambda q: q.state.theta, "got no 'theta' of a NewtonState, expected one of: L, Lx, "),
         (lambda q: q.k.z, "'tuple' object has no attribute 'z'), expected a function that"),
         (
             lambda q: q.speed,
-            "omega_cross_a, rolls, s_dot, state, torque, v_dot, viscous, x_hat; "
-            "did you mean gliding_speed?",
+            "omega_cross_a, rolls, s_dot, state, torque, v_dot, viscous, x_hat, or a quantity of "
+            "`tt-precise columns`; did you mean gliding_speed?",
         ),
         (_without_a_name, "got AttributeError (mine), expected a function that"),
     ],

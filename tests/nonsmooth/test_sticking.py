@@ -45,6 +45,17 @@ def joints(run: Any) -> list[Any]:
         return [mpmath.mpf(t) for t in events["t"][events["name"].isin(("stick", "slip"))]]
 
 
+def test_a_top_that_friction_holds_from_the_start_says_so() -> None:
+    """But not one whose centre of mass is at rest, nor one that rolls by its model."""
+    held = load_scene("reference").varied(friction={"law": "coulomb", "mu": "0.3"}, until="0.05")
+    run = tt.integrate(held)
+    assert "contact point at rest at t = 0, held by friction" in repr(run)
+    assert "A top spun by hand" in run._repr_html_()
+    by_hand, rolling = held.varied(at_rest="centre of mass"), load_scene("rolling")
+    for other in (by_hand, rolling.varied(until="0.05")):
+        assert "held" not in repr(tt.integrate(other))
+
+
 def test_the_top_sticks_once_and_slips_once(trajectory: Trajectory) -> None:
     assert trajectory.status == "complete"
     pieces = trajectory.pieces

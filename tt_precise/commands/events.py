@@ -51,7 +51,7 @@ def command(
         if any(option is not None for option in (precision, digits, until, only, columns)):
             raise InputError("events: got an option for a scene, expected the SCENE too")
         return _catalogue(as_json)
-    from tt_precise.commands.run import TOUCHES, event_rows, require_columns
+    from tt_precise.commands.run import TOUCHES, asked_columns, event_rows, require_columns
     from tt_precise.integration import integrate
     from tt_precise.integration.events import JOINING, TERMINAL
     from tt_precise.integration.reading import is_drift
@@ -63,7 +63,7 @@ def command(
     wanted = listed("all" if only is None else only)
     if not wanted:
         raise InputError(f"--only: got {only!r}, expected names separated by commas")
-    asked = listed(columns or "")
+    asked = asked_columns(columns)
     if require_columns(asked):
         raise InputError(f"--columns: got {columns!r}, expected no pose; `run --columns` writes it")
     if drifts := [name for name in asked if is_drift(name)]:

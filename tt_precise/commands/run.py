@@ -243,7 +243,7 @@ def command(
     recorded = set(listed(record or "") or loaded.record)
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
-    wanted = listed(columns or "")
+    wanted = asked_columns(columns)
     # refused now, not after a long integration
     outputs = {"--out": out, "--plot": plot, "--animate": animate}
     require_apart(outputs, scene)
@@ -591,6 +591,11 @@ def _outcome_lines(
     ]
     more = len(stretches) - len(first)
     return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]
+
+
+def asked_columns(text: str | None) -> tuple[str, ...]:
+    """The names in ``text``, separated by commas, but for t, with which every table begins."""
+    return tuple(name for name in listed(text or "") if name != "t")
 
 
 def require_columns(names: tuple[str, ...]) -> bool:

@@ -21,7 +21,13 @@ CONTRADICTED = NOT_FOUND = 1
 CONTRADICTIONS = ("other_outcome", "only_in_one", "errors")
 LINE = "a sweep with --record lambda_ratio has the line of Theorem 1.1's threshold too"
 SUMMARISED = {"t_init_A": "s", "t_end_A": "s", "min_g_n": "N", "jellett_drift": ""}
-SAID_IN_FILE = ("vary", "box", "samples", "seed", "until", "record", "contact")
+# Options that a sweep's file has instead, and how it has them.
+SAID_IN_FILE = {
+    "vary": 'mu = "0.2,0.3" below [vary]', "box": 'mu = "0.2:0.3" below [box]',
+    "samples": "samples = 64 below [sampling]", "seed": "seed = 7 below [sampling]",
+    "until": 'until = "20" above all tables', "contact": 'contact = "bilateral" above all tables',
+    "record": 'record = ["climb_A"] above all tables',
+}  # fmt: skip
 
 
 class _RunByDefault(options.Group):
@@ -337,8 +343,8 @@ def _refuse_what_the_file_says(scene: str) -> None:
     for name in SAID_IN_FILE:
         if context.get_parameter_source(name) is not ParameterSource.DEFAULT:
             raise InputError(
-                f"--{name}: got this option with {scene}, the file of a sweep; expected the value "
-                "in that file"
+                f"--{name}: got this option with {scene}, the file of a sweep; expected "
+                f"{SAID_IN_FILE[name]} in that file"
             )
 
 

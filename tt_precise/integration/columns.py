@@ -95,14 +95,14 @@ class State:
             known = errors.get(name)
             return known[row[0]] if row and known is not None else known
 
-        def carried(name: str, value: Scalar) -> Scalar:
+        def column(name: str, value: Scalar) -> Scalar:
             if not hasattr(value, "dtype"):
                 return carrying(value, partial(error, name))
             entries = [carrying(x, partial(error, name, i)) for i, x in enumerate(value.tolist())]
             return numpy.array(entries, dtype=value.dtype)
 
         carrying = self.precision.carrying
-        values = {name: carried(name, value) for name, value in self.values.items()}
+        values = {name: column(name, value) for name, value in self.values.items()}
         return State(self.t, values, self.precision, errors)
 
     def __repr__(self) -> str:

@@ -119,9 +119,9 @@ class Derivatives:
     def spread(self, sigmas: Mapping[str, Scalar], *columns: str) -> Any:
         """Columns at the last sample and times of the climb (SI), from uncertain entries.
 
-        ``sigmas`` are standard deviations of independent errors: absolute, in the entry's unit in
-        the scene's file (or "0.5 deg"), or "5 %" of its value. Other entries are exact. The default
-        columns are theta and omega_3.
+        ``sigmas`` are standard deviations of independent errors: absolute, with a unit ("0.5 deg")
+        or without one, in rad, rad/s and SI even if the scene's file has degrees; or "5 %" of the
+        value. Other entries are exact. The default columns are theta and omega_3.
 
         Returns
         -------

@@ -178,17 +178,17 @@ class Later(Mapping[Any, Scalar]):
         self._compute = compute
 
     @cached_property
-    def _known(self) -> Mapping[Any, Scalar]:
+    def _errors(self) -> Mapping[Any, Scalar]:
         return self._compute()
 
     def __getitem__(self, name: Any) -> Scalar:
-        return self._known[name]
+        return self._errors[name]
 
     def __iter__(self) -> Iterator[Any]:
-        return iter(self._known)
+        return iter(self._errors)
 
     def __len__(self) -> int:
-        return len(self._known)
+        return len(self._errors)
 
 
 class Errors:

@@ -103,10 +103,11 @@ class Trajectory(Hints):
     state
         ``State`` at ``t_end``.
     sensitivity
-        ``Derivatives`` by the ``sensitivity`` of ``integrate``, else None.
+        ``Derivatives`` by the entries that ``integrate(..., sensitivity=[...])`` names; without
+        them there is no such attribute.
     """
 
-    sensitivity: Derivatives | None = None
+    sensitivity: Derivatives
     _parts = ("scene", "scene.body")
 
     def __init__(self, run: Solution):
@@ -124,7 +125,7 @@ class Trajectory(Hints):
         return Trajectory(self.run.again(**changes))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        names = self.sensitivity.names if self.sensitivity else ()
+        names = self.sensitivity.names if "sensitivity" in self.__dict__ else ()
         return _unpickled, (self.run, names)
 
     def _where(self, name: str) -> str:
@@ -134,10 +135,16 @@ class Trajectory(Hints):
         return where or (f'frame("{column}"), plot("{column}") or at(t)' if column else "")
 
     def __repr__(self) -> str:
+        held = "; contact point at rest at t = 0, held by friction" if self._warning else ""
         return (
             f"<Trajectory of {self.scene.name}: {self.status}, t_end = {self.end_text} s, "
-            f"{self.precision.name}, {self.formulation}, {self.steps} steps>"
+            f"{self.precision.name}, {self.formulation}, {self.steps} steps{held}>"
         )
+
+    @property
+    def _warning(self) -> str:
+        """The scene's warning where friction holds the contact point from the start; else empty."""
+        return self.scene.stick_warning if self.pieces[0].model == "rolling" else ""
 
     @property
     def precision(self) -> Precision:
@@ -537,6 +544,7 @@ class Trajectory(Hints):
         state, shown = self.state, self.precision.with_error
         rows: list[tuple[str, Any]] = [
             ("status", self.status),
+            *([("WARNING", self._warning)] if self._warning else []),
             ("t_end", f"{self.end_text} s"),
             ("precision", f"{self.precision.name}, {self.precision.bits} bits"),
             ("formulation", self.formulation),

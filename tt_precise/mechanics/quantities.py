@@ -21,6 +21,8 @@ from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters, Torq
 from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length, subtracted
 from tt_precise.runtime.values import Functions, Hints, InputError, Scalar, nearest
 
+WRITTEN_LAMBDA = "jellett"  # The attribute of a motion that lambda is, a word of Python's own.
+
 
 class Motion(Hints):
     """A body in a state, in one arithmetic: the argument of quantities.
@@ -52,11 +54,12 @@ class Motion(Hints):
     if not TYPE_CHECKING:  # where it would make every attribute known
 
         def __getattr__(self, name: str) -> Scalar:
-            quantity = QUANTITIES.get("lambda" if name == "jellett" else name)
+            quantity = QUANTITIES.get("lambda" if name == WRITTEN_LAMBDA else name)
             return quantity.evaluate(self) if quantity else super().__getattr__(name)
 
     def _where(self, name: str) -> str:
-        return super()._where(name) or nearest(name, QUANTITIES)
+        where = super()._where(name) or nearest(name, [*QUANTITIES, WRITTEN_LAMBDA])
+        return WRITTEN_LAMBDA if where == "lambda" else where
 
     @cached_property
     def k(self) -> Vector:
@@ -186,6 +189,7 @@ class UserFunction:
             if isinstance(error, AttributeError) and type(of).__module__.startswith(OWN):
                 there = ", ".join(n for n in dir(of) if not n.startswith("_"))
                 where = of._where(str(error.name)) if isinstance(of, Hints) else ""
+                there += ", or a quantity of `tt-precise columns`" * isinstance(of, Motion)
                 raise InputError(
                     f"{name}: got no {error.name!r} of a {type(of).__name__}, expected one of: "
                     f"{there}" + (f"; did you mean {where}?" if where else "")

@@ -68,6 +68,7 @@ WRITTEN = {
     "segments": "pieces", "phases": "pieces", "switches": "pieces", "stretches": "pieces",
     "t_init": "inversion.A.t_init", "t_equator": "inversion.equator",
     "spread": 'integrate(scene, sensitivity=["mu"]).sensitivity.spread({"mu": "5 %"})',
+    "sensitivity": 'integrate(scene, sensitivity=["mu"])',
     "run": "tt.integrate(scene)", "integrate": "tt.integrate(scene)",
     "simulate": "tt.integrate(scene)", "solve": "tt.integrate(scene)", "load": "tt.load_scene",
     "scenes": "`tt-precise scene list`", "columns": "`tt-precise columns`",
