@@ -89,6 +89,14 @@ def test_floats_are_the_decimals_that_one_writes() -> None:
             {"I1": "2.99e-6", "I3": "3.2e-6"},
             r"body\.I1: got 2\.99e-06, .* in kg m\^2, write I1_kg_m2 = \"2\.99e-06\"",
         ),
+        (
+            {"I1": "1720", "I3": "2"},
+            r"body\.I1: got 1720\.0, .* in g mm\^2, write I1_g_mm2 = \"1720",
+        ),
+        (
+            {"I1": "1e9", "I3": "2"},
+            r"body\.I1: got 1000000000\.0, .* there are I1_kg_m2 and I1_g_mm2",
+        ),
         ({"I3": "23.5", "I1": "12"}, r"body\.I1: got 12\.0, expected 0\.001 to 10 in units"),
         ({"g": "982"}, r"body\.g: got 982\.0, .* \(is it in cm/s\^2\?\)"),
         ({"m": "20"}, r"body\.m, body\.R: got 20\.0, .* there are m_g and R_mm\)"),
@@ -115,7 +123,7 @@ def test_numbers_in_other_units_are_named(changes: dict[str, Any], said: str) ->
         ({"centre_mm": "30"}, r"body\.centre_mm: got 30\.0, .* the radius, 20\.0 in the same unit"),
         (
             {"I1_kg_m2": "131/350"},
-            r"body\.I1_kg_m2: got 131/350, .* not 4\.68e\+04 with m in kg .*; .* write I1$",
+            r"body\.I1_kg_m2: got 131/350, .* not 4\.68e\+04 with m in kg .*; .* I1 = \"131/350\"$",
         ),
     ],
 )
@@ -156,6 +164,7 @@ SI = {"m": "0.015", "R": "0.017", "alpha": "0.004/0.017", "I1": "80/289", "I3": 
         ("alpha", "centre_mm", "4"),
         ("alpha", "centre_m", 0.004),
         ("I1", "I1_kg_m2", "1.2e-6"),
+        ("I1", "I1_g_mm2", "1200"),
         ("I3", "I3_kg_m2", "1.3005e-6"),
     ],
 )

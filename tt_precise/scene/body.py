@@ -125,6 +125,7 @@ UNIT_KEYS = {
     "m_g": ("m", Fraction(1, 1000)), "R_mm": ("R", Fraction(1, 1000)),
     "centre_m": ("alpha", Fraction(1)), "centre_mm": ("alpha", Fraction(1, 1000)),
     "I1_kg_m2": ("I1", Fraction(1)), "I3_kg_m2": ("I3", Fraction(1)),
+    "I1_g_mm2": ("I1", Fraction(1, 10**9)), "I3_g_mm2": ("I3", Fraction(1, 10**9)),
 }  # fmt: skip
 
 # The parameters that other ones scale: their ratio, their size with its unit, and these other ones.
@@ -277,6 +278,7 @@ def require_keys(
 # Generous: every top that stands on a table is within them.
 PLAUSIBLE_MOMENT = Fraction(1, 1000), Fraction(10)  # Units m R^2; a solid sphere has 2/5.
 PLAUSIBLE_GRAVITY = Fraction(1, 100), Fraction(100)  # m/s^2
+MOMENTS = {"": "m R^2", "_kg_m2": "kg m^2", "_g_mm2": "g mm^2"}  # Ends of the keys, and units.
 SIZES = {"m": "kg", "m_g": "g", "R": "m", "R_mm": "mm"}
 PLAUSIBLE_DENSITY = Fraction(1, 10), Fraction(100_000)  # kg/m^3 of the sphere; osmium has 22,600
 
@@ -305,12 +307,16 @@ def require_si(body: TippeTop, keys: Iterable[str] = ()) -> None:
     low, high = PLAUSIBLE_MOMENT
     for name in ("I1", "I3"):
         ratio, key = getattr(body, name) / scale, units.get(name, "")
-        advice = (
-            f", not {_three_digits(ratio)} with {sizes}; if it is in m R^2, write {name}"
-            if key else f'; if it is in kg m^2, write {name}_kg_m2 = "{_short(ratio)}"'
-        )  # fmt: skip
-        expected = f"{float(low):g} to {high} in units of m R^2{advice}"
         got = in_units[key] if key else ratio
+        conversions = {name: (name, scale)} | UNIT_KEYS
+        meant = [
+            f'; if it is in {unit}, write {name}{end} = "{_short(got)}"'
+            for end, unit in MOMENTS.items()
+            if low <= got * conversions[f"{name}{end}"][1] / scale <= high
+        ]
+        keys_there = "".join(meant) or f"; there are {name}_kg_m2 and {name}_g_mm2"
+        found = f", not {_three_digits(ratio)} with {sizes}" if key else ""
+        expected = f"{float(low):g} to {high} in units of m R^2{found}{keys_there}"
         _require(low <= ratio <= high, f"body.{key or name}", got, expected)
     low, high = PLAUSIBLE_GRAVITY
     expected = f"{float(low):g} to {high} m/s^2 (is it in cm/s^2?)"
