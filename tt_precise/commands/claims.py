@@ -71,7 +71,10 @@ def command(
     if run is not None:
         lines += [f"From {run.origin}.", "--again recomputes."]
         if run.outdated:
-            lines.append("STALE: the code behind the verdicts has changed since then.")
+            lines.append(
+                "STALE: code has changed since then, so a verdict may differ; `tt-precise report` "
+                "judges all claims with the code of today."
+            )
     options.emit(as_json, record, lines)
     return 0
 
