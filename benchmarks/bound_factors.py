@@ -61,10 +61,10 @@ def misfits_of(scene_name: str, hertz: int) -> list[Misfit]:
     frame = right_rows(scene_name, hertz)
     if frame is None:
         return []
-    columns = frame[list(POSE)].to_numpy(float).T
     body = load_scene(scene_name).body.numbers(float)
     t = frame["t"].to_numpy(float)
-    rows = Given(t, columns[:4], columns[4:7], columns[7:10], columns[10:]).rows(body)
+    columns = {name: frame[name].to_numpy(float) for name in ("t", *POSE)}
+    rows = Given.of_columns(columns).rows(body)
     e = EXACT * numpy.ones_like(t)
     rounding = Rounding(e, e, e * abs(rows.L).max(), e * abs(rows.v).max(), e)
     found: list[Misfit] = []

@@ -29,7 +29,6 @@ from tt_precise.check.conventions import (
 from tt_precise.check.force_free_flow import axis_of
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.vectors import dot
-from tt_precise.runtime.values import Array
 
 BODY = tt.load_scene("reference").body.numbers(float)
 # Rows are the file's axes in terms of ours.
@@ -50,13 +49,7 @@ def right(hertz: int, begin: float) -> Given:
     times = [begin + i / hertz for i in range(200)]
     frame = run.frame(*POSE, times=times, numbers="float")
 
-    def columns(*names: str) -> Array:
-        return numpy.array([frame[name].to_numpy(float) for name in names])
-
-    return Given(
-        numpy.array(times), columns("qw", "qx", "qy", "qz"), columns("wx", "wy", "wz"),
-        columns("vcx", "vcy", "vcz"), columns("x", "y", "z"),
-    )  # fmt: skip
+    return Given.of_columns({"t": numpy.array(times), **{n: frame[n].to_numpy() for n in POSE}})
 
 
 @cache
@@ -211,10 +204,9 @@ def test_a_wrong_velocity_is_in_no_smaller_unit(part: float) -> None:
 def test_a_unit_of_an_engine_with_a_soft_contact_is_named(engine: Engine) -> None:
     """Near the vertical, too."""
     frame = engine(1000, 0.25, law="soft")
-    q, w, v = (
-        frame[names.split()].to_numpy().T for names in ("qw qx qy qz", "wx wy wz", "vcx vcy vcz")
-    )
-    in_mm = Given(frame.t.to_numpy(), q, w, 1000 * v)
+    given = Given.of_columns({str(name): frame[name].to_numpy() for name in frame})
+    assert given.v is not None
+    in_mm = given._replace(v=1000 * given.v, x=None)
     found = search(in_mm, BODY, {}, jellett())[1][0]
     assert (found.convention.words(), found.exactly) == ("lengths are in mm", False)
 

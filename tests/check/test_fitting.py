@@ -141,13 +141,9 @@ TERMS = {
 
 def fit_under(frame: pandas.DataFrame, fault: str, part: float) -> Fit:
     """Fit the rows under the laws with a part of the torque."""
-    q, w, v, x = (
-        frame[names.split()].to_numpy().T
-        for names in ("qw qx qy qz", "wx wy wz", "vcx vcy vcz", "x y z")
-    )
     body = tt.load_scene("reference").body.numbers(float)
     terms = NO_TERMS._replace(**{name: part * p for name, p in TERMS[fault].items()})
-    given = Given(frame.t.to_numpy(), q, w, v, x)
+    given = Given.of_columns({str(name): frame[name].to_numpy() for name in frame})
     return fit(body, given, dict.fromkeys("tqwvx", 0.0), terms)
 
 

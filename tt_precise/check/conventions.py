@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.force_free import EPS, Misfit, Rounding, misfits, norm
+from tt_precise.check.force_free import Misfit, Rounding, misfits, norm
 from tt_precise.check.force_free_flow import (
     FARTHEST,
     NO_TERMS,
@@ -31,7 +31,7 @@ from tt_precise.check.force_free_flow import (
 )
 from tt_precise.mechanics.newton import angular_momentum, contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import Quaternion, Vector, cross, dot, multiplied, rotate
+from tt_precise.mechanics.vectors import Quaternion, Vector, cross, multiplied, rotate
 from tt_precise.runtime.values import Array, require_name
 
 HALF = math.sqrt(0.5)
@@ -256,7 +256,8 @@ class Given(NamedTuple):
         return RigidMotion(self.t, self.q, L, v, self.x)
 
 
-def _rotate(q: Quaternion | Array, vector: Array) -> Array:
+def rotated(q: Quaternion | Array, vector: Array) -> Array:
+    """Return vectors (3, ...) after the rotations by unit quaternions."""
     return numpy.array(rotate(tuple(q), tuple(vector)))
 
 
@@ -285,12 +286,12 @@ def convert(given: Given, convention: Convention, body: Parameters) -> Given:
     size = (q * q).sum(axis=0)
     size[size == 0] = 1.0
     w = given.w * ANGLE[convention.angle] * (-1 if convention.opposite else 1)
-    w = _rotate(up, _rotate(q, w) / size if convention.in_body else w)
+    w = rotated(up, rotated(q, w) / size if convention.in_body else w)
     v, x = given.v, given.x
     if v is not None:
-        v = length * _rotate(up, _rotate(q, v) / size if convention.velocity_in_body else v)
+        v = length * rotated(up, rotated(q, v) / size if convention.velocity_in_body else v)
     if x is not None:
-        x = length * _rotate(up, x)
+        x = length * rotated(up, x)
     q = _times(_times(up, q), axis)
     if convention.hand == "left":
         mirror = numpy.array([[1.0], [-1.0], [1.0]])
@@ -378,42 +379,22 @@ def fit(
             if name in found:
                 parts[name] = _beyond(found[name])
         jellett, kept = float(jellett_of(body, rows)[0]), found["jellett"]
-        parts["jellett"] = _largest(numpy.fmax(kept.summed - kept.summed_bound, 0) / abs(jellett))
+        parts["jellett"] = largest(numpy.fmax(kept.summed - kept.summed_bound, 0) / abs(jellett))
         scale = body.R * omega[0]
         if moving:
             slack = u["v"] + body.R * (u["w"] + 2 * omega * u["q"])
-            parts["lift"] = _largest((abs(lift_of(body, rows)) - slack) / scale)
+            parts["lift"] = largest((abs(lift_of(body, rows)) - slack) / scale)
         if given.x is not None:
             off = abs(given.x[2] / body.R - (1 - body.alpha * k[2]))
-            parts["height"] = _largest(off - u["x"] / body.R - 2 * u["q"])
+            parts["height"] = largest(off - u["x"] / body.R - 2 * u["q"])
         names = ("axis", "torque") if moving else ("axis",)
         usual = [float(numpy.sort(found[name].bound)[(count - 1) // 2]) for name in names]
         resolved = [bound < RESOLVED for bound in usual]
         return Fit(parts, not all(resolved), not resolved[0], jellett)
 
 
-def jellett_drift(
-    body: Parameters,
-    k: Array,
-    L: Array,
-    u_L: Array | float,
-    u_q: Array | float,
-) -> float:
-    """Return the relative drift of Jellett's integral beyond the rows' rounding.
-
-    ``u_L`` and ``u_q`` are the roundings of L and of the attitude.
-    """
-    inertia = max(body.I1, body.I3)
-    spin = norm(L) / min(body.I1, body.I3)
-    u_L, u_q = (u + numpy.zeros(L.shape[1]) for u in (u_L, u_q))
-    jellett = -dot(_vector(L), contact_arm(body, _vector(k)))
-    slack = 2 * body.R * (u_L + u_L[0]) + 2 * inertia * spin * body.R * (u_q + u_q[0])
-    drift = abs(jellett - jellett[0]) - slack
-    drift = drift - 64 * EPS * inertia * body.R * spin
-    return _largest(drift / abs(jellett[0]))
-
-
-def _largest(values: Array) -> float:
+def largest(values: Array) -> float:
+    """Return the largest of values above 0, infinite where one is not finite."""
     return float(
         numpy.max(numpy.where(numpy.isfinite(values), numpy.maximum(values, 0), numpy.inf))
     )
@@ -424,7 +405,8 @@ def _beyond(one: Misfit) -> float:
     return float(numpy.nanmax(numpy.append(left, 0.0)))
 
 
-def _rotation_by(vector: Array) -> Array:
+def rotation_by(vector: Array) -> Array:
+    """Return the quaternions of rotations by vectors (3, ...) of their angles (rad)."""
     size = numpy.sqrt((vector**2).sum(axis=0))
     factor = numpy.where(size > 1e-12, numpy.sin(size / 2) / numpy.maximum(size, 1e-300), 0.5)
     return numpy.concatenate((numpy.cos(size / 2)[None], factor * vector))
@@ -478,15 +460,15 @@ def by_attitude(given: Given, body: Parameters) -> Iterator[tuple[float, Convent
         for in_body, opposite, axis in itertools.product((False, True), (False, True), "zyx"):
             e = numpy.array(axis_of(numpy.array(AXIS[axis])))
             w = given.w * (-1 if opposite else 1)
-            w = _rotate(q, w) if in_body else w
+            w = rotated(q, w) if in_body else w
 
             def half(rows: Array, way: float, q: Array = q, w: Array = w, e: Array = e) -> Array:
-                k = _rotate(q[:, rows], numpy.broadcast_to(e[:, None], (3, len(rows))))
+                k = rotated(q[:, rows], numpy.broadcast_to(e[:, None], (3, len(rows))))
                 along = (w[:, rows] * k).sum(axis=0)
                 L, d = w[:, rows] + (ratio - 1) * along * k, way * dt / 2 * s
                 spin = (1 - ratio) * along * d
-                first = _times(_rotation_by(L[:, None] * d), q[:, rows][:, None])
-                return _times(first, _rotation_by(e[:, None, None] * spin))
+                first = _times(rotation_by(L[:, None] * d), q[:, rows][:, None])
+                return _times(first, rotation_by(e[:, None, None] * spin))
 
             off = _angle_of(_times(half(i, 1.0), _conjugate(half(i + 1, -1.0))))
             for (time, angle, scale), one in zip(units, _rms(off), strict=True):

@@ -27,11 +27,13 @@ from tt_precise.check.conventions import (
     TIME,
     Given,
     fit,
-    jellett_drift,
+    largest,
+    rotated,
+    rotation_by,
     time_in_words,
     units_of_time,
 )
-from tt_precise.check.force_free import norm
+from tt_precise.check.force_free import EPS, norm
 from tt_precise.check.force_free_flow import (
     FARTHEST,
     Way,
@@ -43,7 +45,7 @@ from tt_precise.check.force_free_flow import (
     rates_of,
 )
 from tt_precise.check.movement import shortest_rotation
-from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array
 
@@ -173,7 +175,7 @@ def conventions_of_vectors(
     @cache
     def keeps_jellett(order_k: Arrangement, order_L: Arrangement) -> bool:
         vectors = _in_order(k, order_k), _in_order(few.w, order_L)
-        return jellett_drift(body, *vectors, 2 * half["w"], 2 * half["q"]) <= LIMITS["jellett"]
+        return _jellett_drift(body, *vectors, 4 * half["w"], 4 * half["q"]) <= LIMITS["jellett"]
 
     @cache
     def moves(order_k: Arrangement, order_L: Arrangement, scale: float) -> bool:
@@ -199,6 +201,15 @@ def conventions_of_vectors(
             yield one
 
 
+def _jellett_drift(body: Parameters, k: Array, L: Array, u_L: float, u_q: float) -> float:
+    """Return the relative drift of Jellett's integral beyond the rounding of two rows' L and k."""
+    spin = norm(L) / min(body.I1, body.I3)
+    jellett = (L * numpy.array(contact_arm(body, (k[0], k[1], k[2])))).sum(axis=0)
+    inertia = max(body.I1, body.I3)
+    slack = 2 * body.R * (u_L + inertia * spin * (u_q + 32 * EPS))
+    return largest((abs(jellett - jellett[0]) - slack) / abs(jellett[0]))
+
+
 def _moves(t: Array, k: Array, rate: Array, scale: float) -> bool:
     """Test that the axes of both rows, turned at ``scale * rate``, meet in an interval's middle."""
     count = len(t) - 1
@@ -206,13 +217,7 @@ def _moves(t: Array, k: Array, rate: Array, scale: float) -> bool:
     h = t[i + 1] - t[i]
 
     def middle(rows: Array, way: float) -> Array:
-        vector = way * scale * rate[:, rows] * h / 2
-        angle = norm(vector)
-        n = vector / numpy.maximum(angle, 1e-300)
-        along, c, s = (n * k[:, rows]).sum(axis=0), numpy.cos(angle), numpy.sin(angle)
-        swing = numpy.cross(n, k[:, rows], axis=0)
-        turned: Array = c * k[:, rows] + s * swing + (1 - c) * along * n
-        return turned
+        return rotated(rotation_by(way * scale * rate[:, rows] * h / 2), k[:, rows])
 
     off = float(numpy.sqrt((norm(middle(i, 1.0) - middle(i + 1, -1.0)) ** 2).mean()))
     moved = float(numpy.sqrt((norm(k[:, i + 1] - k[:, i]) ** 2).mean()))
