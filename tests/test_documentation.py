@@ -25,7 +25,7 @@ import click
 import pytest
 
 import tt_precise
-from tests.conftest import Said, more
+from tests.conftest import Printed, Said, more
 from tests.test_schemas import SLOW
 from tt_precise import cli
 from tt_precise.commands.sweep import is_sweep_file
@@ -302,3 +302,27 @@ def test_an_annotation_for_each_check_that_failed(tmp_path: Path, said: Said) ->
         words = f"title={tmp_path}/{name}.csv%3A {'FAIL' if failed else 'PASS'} ("
         level = "error" if failed else "notice"
         assert all(line.startswith(f"::{level} {words}") for line in lines.splitlines())
+
+
+ENDS = {"inverted": "approaches the inverted spin", "undecided": "undecided"}
+
+
+@pytest.mark.evidence
+def test_the_table_of_friction_coefficients_has_what_run_prints(printed: Printed) -> None:
+    page = (ROOT / "docs/howto/scene.md").read_text("utf-8")
+    (mine,) = (one.text for one in blocks(page) if "caption: mytop.toml" in one.text)
+    rows = re.findall(r"^\| ([\d.]+) \| (.+? at) ([\d.]+) s \| (.*?) ?\| (.*?) ?\|$", page, re.M)
+    assert len(rows) == 7
+    for mu, what, t, end, smallest in rows:
+        Path("top.toml").write_text(
+            re.sub(r'^mu = "0.5"', f'mu = "{mu}"', mine.partition("toml\n\n")[2], flags=re.M)
+        )
+        found = printed("run top.toml --until 60", status=int(what != "passed at"))
+        if what == "passed at":
+            moment, force = found["equator"]["t"], float(found["smallest_g_n"]["value"])
+            assert end == ENDS[found["end"]["verdict"]]
+            assert f"{force:#.3g} N" == smallest
+        else:
+            assert (what, end, smallest) == ("contact is lost at", "", "")
+            moment = found["contact_lost"]
+        assert f"{float(moment):.{len(t.partition('.')[2])}f}" == t
