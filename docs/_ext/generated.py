@@ -13,6 +13,7 @@ from docutils.parsers.rst import Directive
 from docutils.statemachine import StringList
 
 DOCS = Path(__file__).parents[1]
+MEASURED = DOCS.parent / "reports/measured"
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
@@ -120,7 +121,7 @@ def _words(kind: str | list[str]) -> list[str]:
 
 def digits(_: str) -> Iterator[str]:
     """What digits cost, as measured."""
-    with (DOCS.parent / "reports/measured/digits.csv").open(encoding="utf-8") as file:
+    with (MEASURED / "digits.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     yield from table(
         ("digits asked for", "arithmetic", "digits delivered", "motion / s", "seconds of a core"),
@@ -137,7 +138,7 @@ LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)  # of the largest error at the end of the ref
 
 def peers(_: str) -> Iterator[str]:
     """The time of each integrator to an error, over that of a bare heyoka loop in double."""
-    with (DOCS.parent / "reports/measured/tradeoff.csv").open(encoding="utf-8") as file:
+    with (MEASURED / "tradeoff.csv").open(encoding="utf-8") as file:
         rows = [
             row
             for row in csv.DictReader(file)
@@ -161,15 +162,21 @@ def peers(_: str) -> Iterator[str]:
 
 def faults(_: str) -> Iterator[str]:
     """The smallest amount of each planted fault that a check fails."""
-    with (DOCS.parent / "reports/measured/fault-amounts.csv").open(encoding="utf-8") as file:
+    with (MEASURED / "fault-amounts.csv").open(encoding="utf-8") as file:
         header, *rows = csv.reader(file)
     yield from table(header, [[cell or "-" for cell in row] for row in rows])
 
 
-MAKERS: dict[str, Callable[[str], Iterator[str]]] = {
-    made.__name__: made
-    for made in (columns, scenes, events, quantities, schema, digits, peers, faults, switches)
-}
+def verdicts(_: str) -> Iterator[str]:
+    """The verdicts on claims, and the rules that are the same for every claim."""
+    from tt_precise.claims.verdicts import RULES, Verdict
+
+    yield from table(("verdict", "means"), [(f"`{one}`", one.meaning) for one in Verdict])
+    yield from ("", RULES)
+
+
+TABLES = (columns, scenes, events, quantities, schema, digits, peers, faults, switches, verdicts)
+MAKERS: dict[str, Callable[[str], Iterator[str]]] = {made.__name__: made for made in TABLES}
 
 
 class Generated(Directive):

@@ -143,6 +143,17 @@ _MEANINGS = {
     Verdict.MISPRINT: "fails as printed, holds as corrected in the note",
     Verdict.UNTESTABLE: "cannot be decided; the note says why",
 }
+# The rules of fairness, for every claim.
+RULES = (
+    "A claim is one statement of the paper; a statement about several quantities, or at several "
+    "times, has a part for each. The quote is verbatim, and a definition adds only what the "
+    "words leave open. A statement is ambiguous only where the paper's own words admit several "
+    "meanings; a statement that is true only under a restriction of ours is partly right. "
+    '"About N" holds within one unit of the last significant digit of N, whatever N is; other '
+    "numbers hold if they round to the printed digits. An outcome counts only when it is decided: "
+    "undecided starts are integrated further and named; while some are undecided, a statement "
+    "about all starts is open. Claims about one mistake are one finding."
+)
 Verdicts = Annotated[
     Literal["reproduced", "rounded", "partly", "ambiguous", "refuted", "misprint", "untestable"],
     means("the verdict"),

@@ -17,6 +17,7 @@ from tt_precise.claims import JudgedClaim, Verdict, counts
 from tt_precise.claims.committed import Committed, JudgingRun
 from tt_precise.claims.paper import RAUCH_RUTSTAM
 from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS, UNTESTED
+from tt_precise.claims.verdicts import RULES
 from tt_precise.golden import store
 from tt_precise.report.document import (
     Card,
@@ -59,16 +60,6 @@ ERRATA = {
         "The paper's words admit several meanings: some hold, and some fail.",
     ),
 }
-RULES = (
-    "A claim is one statement of the paper; a statement about several quantities, or at several "
-    "times, has a part for each. The quote is verbatim, and a definition adds only what the "
-    "words leave open. A statement is ambiguous only where the paper's own words admit several "
-    "meanings; a statement that is true only under a restriction of ours is partly right. "
-    '"About N" holds within one unit of the last significant digit of N, whatever N is; other '
-    "numbers hold if they round to the printed digits. An outcome counts only when it is decided: "
-    "undecided starts are integrated further and named; while some are undecided, a statement "
-    "about all starts is open. Claims about one mistake are one finding."
-)
 
 
 @dataclass(frozen=True)
