@@ -72,3 +72,10 @@ def test_few_rows_say_so(healthy: Healthy, no_cause: None) -> None:
     found = check(healthy()[VECTORS].head(5), "reference", friction="other")
     assert found["friction_power"].note == "5 rows, expected at least 6"
     assert "checked nothing, not at spin" in found["kinematics"].note
+
+
+def test_a_force_that_is_no_number_is_not_seen(healthy: Healthy, no_cause: None) -> None:
+    rows = healthy()[VECTORS].head(41).assign(kx=1e300)
+    found = check(rows, "reference", friction="other")
+    assert found["friction_power"].verdict != "pass"
+    assert found["axis_norm"].verdict == "fail"

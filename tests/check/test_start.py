@@ -1,5 +1,8 @@
 """The first row is the scene's start, or a state of its solution."""
 
+from collections.abc import Callable
+from typing import Any
+
 import pandas
 import pytest
 
@@ -68,3 +71,32 @@ def test_a_state_is_sought_at_few_times_of_a_short_motion(monkeypatch: pytest.Mo
     found = check(rows.assign(t=rows["t"] - rows["t"].iloc[0]), "coulomb-stick-slip")
     assert found["start"].note == "the solution at t = 0.018 s"
     assert 100 < sum(read) < 1000
+
+
+NO_STATE: dict[str, Any] = {
+    "no attitude": lambda f: f.assign(qw=0.0, qx=0.0, qy=0.0, qz=0.0),
+    "whole numbers": lambda f: f.assign(**{name: f[name].astype(int) for name in f if name != "t"}),
+    "nothing but 0": lambda f: f.assign(**{name: 0.0 for name in f if name != "t"}),
+    "huge numbers": lambda f: f.assign(**{name: 1e200 * f[name] for name in f if name != "t"}),
+}
+
+
+@pytest.mark.usefixtures("no_cause")
+@pytest.mark.parametrize("what", NO_STATE)
+def test_a_row_that_is_no_state_is_no_start(
+    rigid_body: Callable[..., pandas.DataFrame], healthy: Healthy, what: str
+) -> None:
+    """Quaternions without a direction have no axis; nothing is said of it but in words."""
+    rows = NO_STATE[what](rigid_body(healthy(rows=41, until=0.5)))
+    found = check(rows, "reference")
+    assert found["start"].verdict == "fail"
+    assert "cos theta nan, the scene's 0.995" in found["start"].note or what == "huge numbers"
+    assert found["quaternion_norm"].verdict == "fail"
+    assert check(rows, "reference", friction="other", start="other").verdict == "fail"
+
+
+def test_no_cause_is_found_for_huge_numbers(
+    rigid_body: Callable[..., pandas.DataFrame], healthy: Healthy
+) -> None:
+    rows = NO_STATE["huge numbers"](rigid_body(healthy(rows=9, until=0.1)))
+    assert not check(rows, "reference").causes

@@ -80,7 +80,7 @@ def departure_of(
         for name, values in given.items()
         if name in sizes or name not in DERIVED
     }
-    worst = {name: max(float(numpy.nanmax(values)), KNOWN) for name, values in off.items()}
+    worst = {name: float(numpy.fmax.reduce(values, initial=KNOWN)) for name, values in off.items()}
     names = sorted(worst, key=lambda name: -worst[name])
     gaps = [worst[one] / worst[other] for one, other in itertools.pairwise(names)]
     count = 1 + int(numpy.argmax(gaps)) if gaps else 0

@@ -104,10 +104,10 @@ class Misfit:
     drift: Array
 
 
-def spread(values: Array, about: int = SPREAD) -> Array:
+def spread(values: Array) -> Array:
     """Return the largest of each value and its neighbours."""
-    padded = numpy.pad(values, about, mode="edge")
-    windows = numpy.lib.stride_tricks.sliding_window_view(padded, 2 * about + 1)
+    padded = numpy.pad(values, SPREAD, mode="edge")
+    windows = numpy.lib.stride_tricks.sliding_window_view(padded, 2 * SPREAD + 1)
     largest: Array = windows.max(axis=-1)
     return largest
 

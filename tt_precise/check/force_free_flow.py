@@ -126,7 +126,8 @@ def gauss(count: int) -> tuple[Array, Array, Array]:
 
 def nodes_for(body: Parameters, rows: RigidMotion) -> int:
     """Return the number of nodes for the intervals in which anything is seen."""
-    turned = numpy.nanmax(rotation_angles(body, rows)[nutation(body, rows) < FARTHEST], initial=0.0)
+    turned = rotation_angles(body, rows)[nutation(body, rows) < FARTHEST]
+    turned = numpy.fmax.reduce(turned, initial=0.0)
     return min(FEWEST_NODES + math.ceil(NODES_PER_RADIAN * float(turned)), MOST_NODES)
 
 
@@ -259,7 +260,7 @@ def _solve(start: Array, h: Array, count: int, sweep: Sweep, guess: Array | None
         new += start[:, None]
         # the length of a quaternion is 1: sweeps that overshoot are held there
         new[:4] /= numpy.sqrt((new[:4] ** 2).sum(axis=0))
-        change = float(numpy.nanmax(abs(new[:4, -1] - y[:4, -1]), initial=0.0))
+        change = float(numpy.fmax.reduce(abs(new[:4, -1] - y[:4, -1]), axis=None, initial=0.0))
         y = new
         if change < SETTLED:
             break

@@ -65,8 +65,8 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     said = [friction, f"{unseen} of {len(resolved)} rows not resolved" if unseen else ""]
     if 2 * unseen <= len(resolved):
         return Residual(values, float(bound[resolved].max()), "; ".join(filter(None, said)))
-    with numpy.errstate(divide="ignore"):  # the limit may be 0
-        share = numpy.where(seen & (bound > 0), bound / limit, numpy.where(seen, 0.0, numpy.inf))
+    with numpy.errstate(all="ignore"):  # the limit may be 0
+        share = numpy.where(resolved, 0.0, numpy.where(seen, bound / limit, numpy.inf))
     wide = sufficient_spacing(body, rows, numpy.maximum(share[1:], share[:-1]))
     said.append(f"rows {wide:g} s apart would suffice")
     return Residual(values, math.inf, "; ".join(filter(None, said)))

@@ -121,6 +121,8 @@ def _apart(rows: Samples, first: Array, true: Array, units: Array) -> tuple[floa
     """The relative difference of two states up to a rotation about z, and its angle (rad)."""
     a, b = first / units, true / units
     known = ~numpy.isnan(a)
+    if not known[:6].all():  # only a velocity may be unknown: this is no state
+        return math.inf, 0.0
     straight = float(abs(a - b)[known].max())
     if straight <= LEAST_ROTATION or not rows.setup.columns.azimuth:
         return straight, 0.0
@@ -184,7 +186,7 @@ def _differing(rows: Samples, start: NewtonState | LiftedState) -> str:
     named = [
         f"{name} {got:.6g}, the scene's {expected:.6g}"
         for name, (got, expected) in parts.items()
-        if abs(got - expected) > LIMIT * abs(expected)
+        if not abs(got - expected) <= LIMIT * abs(expected)
     ]
     words = "; ".join(named) or "the velocities differ"
     return f"another start than the scene's ({words}); use --start other if intended"
@@ -196,4 +198,4 @@ def rounding(rows: Samples) -> float:
     def first_row(part: Samples) -> Array:
         return numpy.array([float(entry[0]) for entry in part.state[:8]]) / _units(rows)
 
-    return float(numpy.nanmax(change_by_rounding(rows, first_row)))
+    return float(numpy.fmax.reduce(change_by_rounding(rows, first_row), initial=0.0))
