@@ -185,3 +185,12 @@ def test_no_healthy_run_is_flagged() -> None:
             failures = checked(frame.iloc[::stride], scene).failures
             flagged += [(scene, stride, str(one)) for one in failures]
     assert (flagged, looked_at > 300) == ([], True)
+
+
+def test_numbers_in_another_unit_ask_for_no_hours() -> None:
+    """With a momentum in another unit the top turns 500 times from row to row."""
+    wrong = rows("elastic-linear").head(4)
+    wrong[["Lx", "Ly", "Lz"]] *= 1e4
+    found = checked(wrong, "elastic-linear")
+    assert found.verdict == "fail"
+    assert "0 of 3 possible changes of the equations looked at" in found["equations"].note

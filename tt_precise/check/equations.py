@@ -52,6 +52,8 @@ ROUNDED_SPEED = 1e-13
 # Of the size: a start so far off shows how an error grows through joints, to 1e-5 by rounding.
 NEARBY = 1e-10
 MOST_JOINTS = 200  # Intervals that are integrated; of more, every second or third one.
+# rad by which the top turns in them altogether: 15 in each. Numbers in another unit ask for hours.
+MOST_TURN = 3e3
 # Part of their sizes by which rows may leave the equations since the start: a thousand times what
 # ``equations`` usually allows, as often with other limits. A solution that is further off is not
 # the motion of the rows, and no time is spent on what would have to be carried in many steps.
@@ -261,6 +263,8 @@ def _integrate_switches(samples: Samples, found: Differences) -> Differences:
     joints = numpy.flatnonzero(joined)
     found.bound[joined], found.reached[joined] = numpy.inf, 0.0
     looked_at = joints[:: math.ceil(len(joints) / MOST_JOINTS) or 1]
+    omega = numpy.sqrt(dot(samples.q.omega, samples.q.omega))[:-1]
+    looked_at = looked_at[numpy.cumsum((omega * steps)[looked_at]) <= MOST_TURN]
     aside = NEARBY * numpy.resize([1.0, -1.0], len(sizes)) * sizes
     for i in looked_at.tolist():
         row, span = numpy.array([entry[i] for entry in samples.state]), float(steps[i])
