@@ -5,6 +5,7 @@ import pandas
 import pytest
 
 from tests.check.conftest import VECTORS, Engine, Healthy, check
+from tests.check.test_force_free import pose
 
 
 @pytest.mark.parametrize(
@@ -79,3 +80,24 @@ def test_a_force_that_is_no_number_is_not_seen(healthy: Healthy, no_cause: None)
     found = check(rows, "reference", friction="other")
     assert found["friction_power"].verdict != "pass"
     assert found["axis_norm"].verdict == "fail"
+
+
+@pytest.mark.parametrize("hertz", [120, 240, 1000])
+def test_a_contact_point_that_comes_to_rest_gains_no_power(no_cause: None, hertz: int) -> None:
+    """The force jumps there, and its error is seen too small, but nothing glides any more."""
+    rows = pose("coulomb-stick-slip", hertz, 400)
+    found = check(rows, "coulomb-stick-slip", friction="other")["friction_power"]
+    assert found.verdict == "pass"
+    assert (found.value or 0) < 1e-15
+
+
+def test_no_friction_is_named_where_there_is_none(engine: Engine, no_cause: None) -> None:
+    rows = engine(1000, mu=0.0)
+    assert check(rows, "reference", friction="other")["friction_power"].note == ""
+
+
+def test_friction_that_pushes_fails_and_is_said_to(engine: Engine, no_cause: None) -> None:
+    rows = engine(1000, law="coulomb", mu=-0.02)
+    found = check(rows, "reference", friction="other")["friction_power"]
+    assert found.verdict == "fail"
+    assert found.note.endswith("of F_z, as Coulomb's, but along the motion")

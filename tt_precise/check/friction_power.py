@@ -12,7 +12,6 @@ import math
 import numpy
 
 from tt_precise.check.columns import Samples
-from tt_precise.check.force_free import spread
 from tt_precise.check.force_free_flow import BLIND, nutation
 from tt_precise.check.movement import (
     FEWEST_ROWS,
@@ -31,7 +30,6 @@ from tt_precise.runtime.values import Array
 # the law keeps deviates by less than this part: words of a note. Gliding below this part of the
 # fastest is still.
 FEWEST, ALIKE, STILL = 8, 0.05, 0.05
-NONE = 1e-9  # Part of F_z below which a force is rounding.
 
 
 def friction_power(samples: Samples, limit: float) -> Residual:
@@ -45,9 +43,6 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     vx, vy = samples.state.vx[at], samples.state.vy[at]
     speed = numpy.hypot(vx, vy)
     seen = numpy.pad(nutation(body, rows) < BLIND, (0, 1), mode="edge")
-    if samples.setup.scene.may_stick:  # the rates bend where the contact point comes to rest
-        change = numpy.pad(numpy.hypot(numpy.diff(vx), numpy.diff(vy)), (0, 1))
-        seen &= (spread(speed) == 0) | (-spread(-speed) > spread(change))
     force = conserved.contact_force(motion_as_given(samples), (x, y, z))
     omega = samples.first.omega
     unit = float(body.m * body.g * body.R * numpy.sqrt(dot(omega, omega))) or 1.0
@@ -56,7 +51,7 @@ def friction_power(samples: Samples, limit: float) -> Residual:
     excess = seen * numpy.maximum(power - bound, 0.0)
     values[at] = numpy.where(numpy.isnan(excess), numpy.inf, excess)
     resolved = seen & (bound <= limit)
-    above = error < numpy.maximum(numpy.minimum(push, force[2]), NONE * force[2])
+    above = error < numpy.minimum(push, force[2])
     kept = resolved & above & (speed > STILL * speed.max())
     # negative where the force pushes
     ratio = numpy.copysign(push / force[2], -power)
@@ -76,8 +71,6 @@ def _friction(ratio: Array, speed: Array) -> str:
     """Say which friction is seen: |F_t|/F_z at the speeds |v_A|."""
     if len(ratio) < FEWEST:
         return ""
-    if abs(ratio).max() < NONE:
-        return "no friction seen"
     for law, values, unit in (("Coulomb's", ratio, ""), ("viscous", ratio / speed, " s/m v_A")):
         mean, deviation = float(values.mean()), float(values.std())
         if deviation < ALIKE * abs(mean):
