@@ -258,6 +258,7 @@ def test_by_lambda(
     [
         ("rolling", None, "gliding with friction"),
         ("frictionless", None, "gliding with friction"),
+        ("elastic-linear", None, "rigid table"),
         ("upright", False, "starts exactly as the upright spin"),
         ("inverted", None, "starts as the inverted spin"),
     ],
