@@ -70,6 +70,7 @@ def test_no_and_yes_everywhere_are_said(said: Said, printed: Printed) -> None:
     assert "theorem: does not invert at all 2 values tried" in text
     document = printed(none, status=1)
     assert (document["value"], document["changes"]) == (None, [])
+    assert document["confirmed"] is False
     # both ends have a lambda above the threshold, the middle has none
     both = find("reference", "omega_3", "-200:200", until="0.01", points=5)
     assert threshold.lines(both)[-1].endswith(
@@ -82,6 +83,7 @@ def test_no_and_yes_everywhere_are_said(said: Said, printed: Printed) -> None:
         threshold.lines(low)
     )
     assert json.loads(json.dumps(low.as_dict()))["value"] == "100"
+    assert low.confirmed
 
 
 def test_a_range_that_is_missing_is_asked_for(said: Said) -> None:
@@ -142,7 +144,11 @@ def test_contact_is_a_goal(scene: str, name: str, ends: str, goal: str, text: st
     assert text in "\n".join(threshold.lines(found))
 
 
-def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("low", [40, 80])
+def test_a_finer_arithmetic_that_contradicts_is_said(
+    low: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the answer is yes from the low end of the range on."""
     right = threshold._Search._answer
 
     def spoiled(self: threshold._Search, value: Fraction, precision: str, tol: float) -> Answer:
@@ -150,7 +156,7 @@ def test_a_finer_arithmetic_that_contradicts_is_said(monkeypatch: pytest.MonkeyP
         return answer if precision == "double" else answer._replace(yes=not answer.yes)
 
     monkeypatch.setattr(threshold._Search, "_answer", spoiled)
-    found = tt.threshold.find("reference", "omega_3=40:90", until=8, digits=2, points=2)
+    found = tt.threshold.find("reference", f"omega_3={low}:90", until=8, digits=2, points=2)
     assert not found.confirmed
     assert any("NOT CONFIRMED" in line for line in threshold.lines(found))
 

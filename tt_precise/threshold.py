@@ -77,10 +77,10 @@ class Found(Hints):
     ``above`` the answer is no at every value of the scan. ``isolated`` is true if ``below`` is the
     low end of the range, and the answer is yes at every value of the bisection above: then the low
     end is an isolated state, such as an upright top, and no threshold. ``changes`` are all
-    neighbours in the scan whose answers differ. ``confirmed`` is true if a finer arithmetic gives
-    the same answers at both ends. ``verdicts`` are the verdicts of Theorem 1.1 at every value of
-    the scan; ``by_theorem`` is the value from which the theorem's verdict is "inverts", if this is
-    the only change of the verdicts.
+    neighbours in the scan whose answers differ. ``confirmed`` is true if the answer is yes
+    somewhere, and a finer arithmetic gives the same answers at the ends of the bracket.
+    ``verdicts`` are the verdicts of Theorem 1.1 at every value of the scan; ``by_theorem`` is the
+    value from which the theorem's verdict is "inverts", if this is the only change of the verdicts.
     """
 
     scene: Scene
@@ -185,13 +185,15 @@ def find(
     changes = [pair for pair in itertools.pairwise(scan) if pair[0].yes != pair[1].yes]
     first = None if scan[0].yes else next((pair for pair in changes if pair[1].yes), None)
     below, above = first or (None, scan[0] if scan[0].yes else None)
-    confirmed = True
-    if below and above:
-        rough = Fraction(1, 10 ** min(digits, IN_DOUBLE))
-        below, above = bisected(below, above, rough, search.answer)
+    confirmed = False
+    if above:
+        if below:
+            rough = Fraction(1, 10 ** min(digits, IN_DOUBLE))
+            below, above = bisected(below, above, rough, search.answer)
         fine = search.finer()
-        below, above, confirmed = _again(below, above, fine)
-        if confirmed:
+        below, above = below and fine(below.value), fine(above.value)
+        confirmed = above.yes and not (below and below.yes)
+        if below and confirmed:
             below, above = bisected(below, above, Fraction(1, 10**digits), fine)
     verdicts = [theorem(search.scene_at(one.value)).verdict for one in scan]
     turns = [i for i, (one, other) in enumerate(itertools.pairwise(verdicts)) if one != other]
@@ -220,13 +222,6 @@ def bisected(
         middle = answer((below.value + above.value) / 2)
         below, above = (below, middle) if middle.yes else (middle, above)
     return below, above
-
-
-def _again(
-    below: Answer, above: Answer, fine: Callable[[Fraction], Answer]
-) -> tuple[Answer, Answer, bool]:
-    again = fine(below.value), fine(above.value)
-    return *again, (again[0].yes, again[1].yes) == (False, True)
 
 
 class _Search:
@@ -330,11 +325,11 @@ def _outcome(found: Found) -> list[str]:
     if above is None:
         return [f"  none: the answer is no at all of {found.points} values; --until is the horizon"]
     yes = _with_unit(found, above.value, found.answer_digits)
+    no = below and _with_unit(found, below.value, found.answer_digits)
     in_degrees = f" ({math.degrees(above.value):.6g} deg)" if name == "theta" else ""
     if below is None:
-        return [f"  already at the low end of the range, {name} = {yes}{in_degrees}: {above.text}"]
-    no = _with_unit(found, below.value, found.answer_digits)
-    if found.isolated:
+        shown = [f"  already at the low end of the range, {name} = {yes}{in_degrees}: {above.text}"]
+    elif found.isolated:
         shown = [
             f"  none: at {name} = {no} exactly {below.text};",
             f"    at every value tried above it, down to {yes}, {above.text}",
@@ -351,7 +346,8 @@ def _outcome(found: Found) -> list[str]:
             )
     if not found.confirmed:
         shown.append(
-            "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for fewer digits"
+            "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for fewer "
+            "digits, or for another range"
         )
     return shown
 
