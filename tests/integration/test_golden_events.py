@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import more
 from tt_precise import golden
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.equations import Equations, event_expression
+from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import EVENTS, JOINING, TERMINAL
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.scene.scene import load_scene, shipped
@@ -70,7 +70,7 @@ def detected(name: str, kinds: tuple[str, ...]) -> Counter[str]:
 
         direction = {0: "any", 1: "positive", -1: "negative"}[EVENTS[kind].direction]
         return heyoka.nt_event(
-            event_expression(EVENTS[kind], equations), callback,
+            EVENTS[kind].function(equations.motion), callback,
             direction=getattr(heyoka.event_direction, direction),
         )  # fmt: skip
 

@@ -20,7 +20,7 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import dot
 from tt_precise.runtime.process import import_heyoka
-from tt_precise.runtime.values import Adaptive, Functions, InputError, Scalar
+from tt_precise.runtime.values import Adaptive, Functions, Scalar
 from tt_precise.taylor.series import SeriesFunctions, TaylorSeries, rate, solution
 
 QUADRATURES = {"phi": "phi_dot", "psi": "psi_dot", "x": "s_dot_x", "y": "s_dot_y"}
@@ -74,8 +74,6 @@ class Layout(NamedTuple):
 def event_value(event: Event, q: Motion) -> Scalar:
     """An event's function of the power series ``q``: a series, or a number for a constant."""
     value = event.function(q)
-    if value is None:
-        raise InputError(f"events: got {event.name}, which returns nothing, expected a number")
     if event.of_rate:
         return rate(value) if isinstance(value, TaylorSeries) else 0
     return value
@@ -116,10 +114,6 @@ class Equations:
         body = form.body([heyoka.par[i] for i in range(len(form.parameters))])
         rates = tuple(layout.rates(body, variables, fn))
         return cls(variables, rates, layout.motion(body, variables, fn), layout)
-
-    def moving(self) -> Motion:
-        """The ``Motion`` of the power series in time of the solution through the variables."""
-        return self.layout.moving(self.motion.body, self.variables, self.motion.fn)[1]
 
     @property
     def system(self) -> list[tuple[Scalar, Scalar]]:
@@ -188,14 +182,6 @@ def along(expression: Scalar, equations: Equations) -> Scalar:
 
     slopes = (heyoka.diff(expression, v) * rate for v, rate in equations.system)
     return sum(slopes, start=heyoka.expression(0.0))
-
-
-def event_expression(event: Event, equations: Equations) -> Scalar:
-    """Return the heyoka expression whose zeros are the event, or a number for a constant."""
-    value = event.function(equations.moving() if event.of_rate else equations.motion)
-    if event.of_rate:
-        return value[1] if isinstance(value, TaylorSeries) else 0
-    return value
 
 
 def longest_step(

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.integration.equations import Equations, along, event_expression
+from tt_precise.integration.equations import Equations, along
 from tt_precise.integration.events import MOST_EVENTS
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.newton import NewtonState
@@ -329,7 +329,7 @@ def _values(form: Formulation, detectors: tuple[Detector, ...]) -> Callable[...,
     its rounding errors are some eps of that.
     """
     equations = Equations.of(form)
-    functions = [event_expression(detector.event, equations) for detector in detectors]
+    functions = [detector.event.function(equations.motion) for detector in detectors]
     sizes = [
         sum(_size(heyoka.diff(function, entry) * entry) for entry in equations.variables)
         for function in functions
