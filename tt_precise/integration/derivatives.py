@@ -231,8 +231,8 @@ class Derivatives:
         quotients: list[tuple[Values, Values]] = []
         for below, above in self._sides(name):
             first, last = values(below.run), values(above.run)
-            width = _number(above.run, above.change - below.change)
-            noise = _number(above.run, above.run.tolerance) / width
+            width = above.run.precision.exact(above.change - below.change)
+            noise = above.run.tolerance / width
             keys = [key for key in first if key in last]
             quotients.append((
                 {key: _doubles((last[key] - first[key]) / width) for key in keys},
@@ -399,11 +399,6 @@ def _scene_with(scene: Scene, name: str, change: Fraction) -> Scene:
     if name == "theta" and scene.start.theta.from_pi:
         return scene.varied(theta=f"pi - {scene.start.theta.offset - change}")
     return scene.varied(**{name: _value(scene, name) + change})
-
-
-def _number(run: Solution, value: Scalar) -> Scalar:
-    """A number of the arithmetic of a run."""
-    return run.precision.arithmetic.exact(value) if isinstance(value, Fraction) else value
 
 
 def _table(run: Solution, columns: Sequence[str], times: Sequence[Fraction]) -> Values:

@@ -22,7 +22,6 @@ import numpy
 from tt_precise.integration.columns import (
     POSE_NAMES,
     Name,
-    Row,
     digits_of_time,
     digits_over_rows,
     worst_digits,
@@ -508,7 +507,7 @@ def _errors_of_switch(
 ) -> tuple[Array, Array, Array, Array]:
     """Time, error (s), digits and errors, as ``_errors_within``, of the end of a segment."""
     of, context = part.segment.columns, part.segment.columns.precision.context
-    (time, state), values = _end(part), of.of_rows(wanted, [_last(part)])
+    (time, state), values = _end(part), of.of_rows(wanted, [part.segment.output.end_row])
     shown = {name: list(map(of.to_user, column)) for name, column in values.items()}
     rest = [[abs(shown[n][0] or 0) if n in part.segment.cleared else 0.0] for n in wanted]
     error, digits, far = 0.0, math.inf, numpy.array(rest, dtype=float).reshape(len(wanted), 1)
@@ -522,7 +521,7 @@ def _errors_of_switch(
         other_time, other_state = _end(same[0])
         error = max(error, float(abs(time - other_time)))
         if wanted:
-            there = of.of_rows(wanted, [_last(same[0])])
+            there = of.of_rows(wanted, [same[0].segment.output.end_row])
             distances = [distance(shown[name], there[name], context) for name in wanted]
             far = numpy.maximum(far, distances)
         apart = {name: distance(state[name], other_state[name], context) for name in state}
@@ -532,15 +531,11 @@ def _errors_of_switch(
     return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits]), far
 
 
-def _last(part: Stage) -> Row:
-    return part.segment.output.end_row
-
-
 def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
     """The time (s) at which a segment ends, and the columns of the state at this time."""
     of, output = part.segment.columns, part.segment.output
     time = (part.segment.begin + output.end_time) * of.start.units.time
-    state = of.of_rows(of.names, [_last(part)])
+    state = of.of_rows(of.names, [part.segment.output.end_row])
     return time, state | {name: [time * 0] for name in part.segment.cleared if name in state}
 
 

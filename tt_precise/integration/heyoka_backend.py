@@ -300,13 +300,12 @@ def build(setup: Setup) -> Integrator:
     noted = []
     if setup.contact == "bilateral":
         noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses)]
-    conditions: dict[str, dict[str, Any]] = {}
-    for name in terminal:
-        condition = setup.phase.condition
-        conditions[name] = (
-            {"callback": condition(form, name, eps, setup.tolerance)} if condition else {}
-        )
-    number = setup.precision.number
+    goes_on = setup.phase.condition
+    conditions = {
+        name: {"callback": goes_on(form, name, eps, setup.tolerance)} if goes_on else {}
+        for name in terminal
+    }
+    number, falling = setup.precision.number, heyoka.event_direction.negative
     zero = setup.precision.context.mpf(0)
     integrator = heyoka.taylor_adaptive(
         equations.system,
@@ -314,7 +313,7 @@ def build(setup: Setup) -> Integrator:
         pars=[number(zero + 1) for _ in range(parameters + setup.phase.has_clock)],
         fp_type=fp_type,
         t_events=[
-            heyoka.t_event(ex, fp_type=fp_type, direction=heyoka_direction(-1), **conditions[name])
+            heyoka.t_event(ex, fp_type=fp_type, direction=falling, **conditions[name])
             for name, ex in terminal.items()
         ],
         nt_events=noted,
@@ -337,19 +336,12 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     return options | dict(setup.options)
 
 
-def heyoka_direction(direction: int) -> Any:
-    """heyoka's name for an event's direction."""
-    heyoka = import_heyoka()
-
-    kinds = heyoka.event_direction
-    return {0: kinds.any, 1: kinds.positive, -1: kinds.negative}[direction]
-
-
 def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Scalar]) -> Any:
     def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:
         losses[:] = [time]
 
-    return heyoka.nt_event(numerator, callback, direction=heyoka_direction(-1), fp_type=fp_type)
+    falling = heyoka.event_direction.negative
+    return heyoka.nt_event(numerator, callback, direction=falling, fp_type=fp_type)
 
 
 @lru_cache(maxsize=POOLED_KINDS)

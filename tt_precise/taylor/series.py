@@ -400,20 +400,9 @@ SECANT = 2.0**-26  # distance of the points of a secant, relative to the argumen
 class SizedFunctions:
     """The functions of ``Sized`` doubles and arrays."""
 
-    def log(self, value: Scalar) -> Scalar:
-        return numpy.log(value)
-
-    def atan(self, value: Scalar) -> Scalar:
-        return numpy.arctan(value)
-
-    def tan(self, value: Scalar) -> Scalar:
-        return numpy.tan(value)
-
-    def asin(self, value: Scalar) -> Scalar:
-        return numpy.arcsin(value)
-
-    def acos(self, value: Scalar) -> Scalar:
-        return numpy.arccos(value)
+    # by a secant, see ``Sized.__array_ufunc__``
+    log, atan, tan = numpy.log, numpy.arctan, numpy.tan
+    asin, acos = numpy.arcsin, numpy.arccos
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""
