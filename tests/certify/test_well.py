@@ -11,14 +11,16 @@ import sympy
 from flint import arb
 
 import tt_precise as tt
-from tt_precise.certify import NotProved
+from tt_precise.certify import NotProved, well
 from tt_precise.certify.balls import Balls, ball
+from tt_precise.certify.problem import BALLS
 from tt_precise.certify.well import WELL_BITS, forever, trapping_region
 from tt_precise.golden import store
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
+from tt_precise.scene.initial_state import InitialState
 
 
 @pytest.fixture(autouse=True)
@@ -87,6 +89,36 @@ def test_states_without_a_trapping_region(name: str, t: str, why: str) -> None:
         trapping_region(tt.load_scene(name), Fraction(t), states(name)(Fraction(t)))
 
 
+@pytest.mark.parametrize(
+    ("start", "speed", "why"),
+    [
+        ({"omega_3": "1/1000"}, None, "W2"),  # its spin may vanish
+        ({"omega_3": 20, "nu_x": "0.07", "mu": 30}, None, "W2"),  # so fast the force may vanish
+        ({"omega_3": 5, "nu_x": "0.04", "mu": 30}, "0.05", "W5"),  # it glides faster than that
+        ({"omega_3": 5, "nu_x": "0.02", "mu": 30}, "0.05", ""),
+    ],
+)
+def test_a_start_near_the_upright_spin(
+    start: dict[str, object], speed: str | None, why: str
+) -> None:
+    scene = tt.load_scene("reference").varied(theta="0.1", theta_dot=0, phi_dot=0, **start)
+    there = well._Well(scene, InitialState.of(scene, BALLS).vectors)
+    if not why:
+        assert there.bounds(arb(speed))[0] > 0
+        return
+    with pytest.raises(NotProved, match=why):
+        there.bounds(None if speed is None else arb(speed))
+
+
+def test_no_slice_lies_beyond_the_equator(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The energy is that of any inclination; with a force that never vanishes W3 denies it."""
+    monkeypatch.setattr(well._Well, "_force", lambda self, z, budget, speed: arb(1))
+    fast = {"omega_3": 5, "phi_dot": 0, "theta_dot": 300, "nu_x": 3}
+    scene = tt.load_scene("reference").varied(theta="0.1", **fast)
+    with pytest.raises(NotProved, match="W3"):
+        trapping_region(scene, Fraction(0), InitialState.of(scene, BALLS).vectors)
+
+
 def test_more_energy_than_there_is_is_noticed() -> None:
     # the same state with the contact point gliding at 0.5 m/s
     scene, state = tt.load_scene("reference"), states("reference")(Fraction(7))
@@ -118,5 +150,7 @@ def test_the_reference_inverts_for_ever() -> None:
 
 @pytest.mark.parametrize("name", ["frictionless", "rolling", "upright", "coulomb-gliding"])
 def test_scenes_whose_limit_is_not_proved(name: str) -> None:
+    scene = tt.load_scene(name)
+    scene = scene.varied(mu="0.3") if scene.model == "rolling" else scene
     with pytest.raises(NotProved, match=r"friction|vertical from"):
-        forever(tt.load_scene(name), [Fraction(0)], states("reference"))
+        forever(scene, [Fraction(0)], states("reference"))

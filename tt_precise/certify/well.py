@@ -129,8 +129,6 @@ def forever(
         raise NotProved("W3", "without friction nothing tends to a vertical spin")
     if scene.start.theta.at_pole:
         raise NotProved("W4", "the axis is vertical from the start, and nothing tends to it")
-    if not times:
-        raise NotProved("W4", "no state is enclosed")
     with flint.ctx.workprec(WELL_BITS):
         last = first = trapping_region(scene, times[-1], state(times[-1]))
         # where there is one at one time, there is one at all later times, too
