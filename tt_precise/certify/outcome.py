@@ -77,7 +77,7 @@ def outcome_of(trajectory: Trajectory, equator: Scalar) -> Outcome:
 def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
     """The statement of the energy about all times after the last state, and about the equator.
 
-    The second value says that an axis above the equator never passes it.
+    The second value says that the axis stays on its side of the equator.
     """
     scene = trajectory.scene
     if trajectory.status != "complete":
@@ -92,11 +92,9 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
         q = Motion(body, state, Balls, scene.model)
         lambda_, energy = jellett(q), QUANTITIES["E"].evaluate(q)
         z = state.kz
-        never = bool(z > 0) and bool(energy_excludes(body, energy, lambda_, z))
+        never = bool(energy_excludes(body, energy, lambda_, z))
         reason = "without friction nothing approaches a spin"
-        if scene.body.friction.missing(Balls):
-            reason = f"nothing is proved about {scene.body.law} friction"
-        elif scene.model == "gliding" and scene.body.mu:
+        if scene.model == "gliding" and scene.body.mu:
             try:
                 pole = trapping_region(scene, scene.until, state).pole
                 return End("inverted" if pole < 0 else "upright", CONFINED), never
