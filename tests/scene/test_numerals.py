@@ -81,6 +81,9 @@ def test_a_time_may_stand_in_an_array_without_axes() -> None:
     [
         ("25 rev/s", "rad/s", WithPi(Fraction(0), Fraction(50))),
         ("-1500rpm", "rad/s", WithPi(Fraction(0), Fraction(-50))),
+        ("6 g", "kg", WithPi(Fraction(3, 500))),
+        ("1.4cm", "m", WithPi(Fraction(7, 500))),
+        ("981/100 m/s^2", "m/s^2", WithPi(Fraction(981, 100))),
         ("10 deg/s", "rad/s", WithPi(Fraction(0), Fraction(1, 18))),
         ("pi/2 rad", "rad", WithPi(Fraction(0), Fraction(1, 2))),
     ],

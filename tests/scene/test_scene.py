@@ -85,6 +85,18 @@ def test_bare_toml_numbers_stay_exact() -> None:
     assert scene.start.omega_3 == 155
 
 
+def test_a_number_may_have_its_unit_behind_it() -> None:
+    text = TEXT.replace('m = "0.02"', 'm = "20 g"').replace('R = "0.02"', 'R = "2cm"')
+    for old, new in (("9.82", "9.82 m/s^2"), ('until = "8', 'until = "8 s')):
+        assert old in text
+        text = text.replace(old, new)
+    assert parsed(text) == parsed()
+    assert parsed().varied(R="21 mm") == parsed().varied(R_mm=21) == parsed().varied(R="0.021")
+    assert "alpha: got '3 mm', expected an exact number as a string without a unit" in refused(
+        TEXT.replace('alpha = "0.3"', 'alpha = "3 mm"')
+    )
+
+
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
@@ -144,7 +156,7 @@ def test_reads_a_file_as_the_shipped_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("until", float("nan")), ("sample_every", None), ("until", "8 s")]
+    ("field", "value"), [("until", float("nan")), ("sample_every", None), ("until", "8 h")]
 )
 def test_python_wants_numbers_too(field: str, value: Any) -> None:
     with pytest.raises(InputError, match=f"{field}: got .*, expected an exact number"):
@@ -211,7 +223,7 @@ def test_a_law_of_friction_is_varied_as_the_file_would_say(name: str) -> None:
         assert (varied.body, varied.start) == (expected.body, expected.start)
         assert varied.varied(mu="0.3").body.law == law["law"]
     for wrong, said in (
-        ("coulomb", "friction: got 'coulomb', expected a table"),
+        ("coulomb", 'friction: got \'coulomb\', expected a table .* such as {"law": "coulomb", '),
         (
             {"law": "stribeck", "mu": "1"},
             "missing key friction.epsilon, .*; also missing: mu_s, v_s",
@@ -365,6 +377,15 @@ def test_rates_may_be_in_degrees_or_turns() -> None:
 def test_a_misspelt_name_is_recognised() -> None:
     with pytest.raises(InputError, match="did you mean 'regularised-1e-2'"):
         load_scene("regularized-1e-2")
+
+
+def test_the_name_of_a_file_without_its_suffix_is_recognised(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my.toml").write_text(TEXT, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"scene: got 'my', expected 'my\.toml'"):
+        load_scene("my")
 
 
 def test_the_same_top_rolls() -> None:

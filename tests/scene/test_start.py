@@ -97,6 +97,7 @@ def test_centre_of_mass_at_rest_with_all_rates() -> None:
             {"theta_deg": "5", "omega_3": "1"},
             'unknown key start.theta_deg, expected theta = "5 deg", or',
         ),
+        ({**PLAIN, "nu_x_mm_s": 9}, 'expected nu_x = "9 mm/s", or nu_x in SI'),
         ({**PLAIN, "omega_3_rpm": 9}, 'expected omega_3 = "9 rpm", or omega_3 in SI'),
         ({**PLAIN, "omega_3_deg_s": 9}, 'expected omega_3 = "9 deg/s", or omega_3 in SI'),
         ({**PLAIN, "psi": "1"}, r"unknown key start\.psi, expected only: at_rest, height, nu_x"),

@@ -28,7 +28,7 @@ from tt_precise.runtime.values import InputError, Scalar, keyword_advice, requir
 from tt_precise.scene.body import in_unit_keys, kept_fixed
 from tt_precise.scene.numerals import LARGEST, PI, written
 from tt_precise.scene.scene import Scene
-from tt_precise.scene.start import ANGLES, Inclination
+from tt_precise.scene.start import Inclination
 
 COLUMNS = ("theta", "omega_3")  # These columns are differentiated by default.
 TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its rounding.
@@ -387,7 +387,7 @@ def _sigma(scene: Scene, name: str, given: Scalar) -> Fraction:
     """A standard deviation of an entry in its unit; text such as "5 %" is a part of its value."""
     what = f"spread: {name}"
     if not (isinstance(given, str) and given.rstrip().endswith("%")):
-        return written(given, what, ANGLES.get(name, ""))
+        return written(given, name, what)
     value = _value(scene, name)
     if name == "theta" and scene.start.theta.from_pi:
         value = PI - value

@@ -236,7 +236,7 @@ def law_of(given: Mapping[str, Json]) -> tuple[Law, dict[str, Fraction]]:
     law = law_named(given["law"]) if isinstance(given.get("law"), str) else law_named("")
     names = [parameter.name for parameter in law.parameters]
     require_keys(given, {"law", *names}, set(), "friction.")
-    return law, {name: written(given[name], f"friction.{name}") for name in names}
+    return law, {name: written(given[name], name, f"friction.{name}") for name in names}
 
 
 def _contact_of(given: Mapping[str, Json]) -> tuple[dict[str, Any], bool]:

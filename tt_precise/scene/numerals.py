@@ -25,7 +25,7 @@ _FACTOR = rf"(?:{_DECIMAL}|pi)"
 _PRODUCT = rf"{_FACTOR}(?:\s*[*/]\s*{_FACTOR}){{0,3}}"
 _EXPRESSION = re.compile(
     rf"(?P<sign>[+-]?)\s*(?P<first>{_PRODUCT})"
-    rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s*(?P<unit>[a-z/]+))?",
+    rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s*(?P<unit>[a-z]+(?:/[a-z]+)?(?:\^2)?))?",
     re.ASCII,
 )
 _LETTERS = string.ascii_letters + "/^2 "  # of units
@@ -69,11 +69,22 @@ class WithPi(NamedTuple):
 ONE = WithPi(Fraction(1))
 # The units that may follow a number, by the unit of the entry, and their values in that unit.
 UNITS = {
+    "kg": {"kg": ONE, "g": WithPi(Fraction(1, 1000))},
+    "m": {"m": ONE, "cm": WithPi(Fraction(1, 100)), "mm": WithPi(Fraction(1, 1000))},
+    "s": {"s": ONE},
+    "m/s": {"m/s": ONE, "cm/s": WithPi(Fraction(1, 100)), "mm/s": WithPi(Fraction(1, 1000))},
+    "m/s^2": {"m/s^2": ONE},
     "rad": {"rad": ONE, "deg": WithPi(Fraction(0), Fraction(1, 180))},
     "rad/s": {
         "rad/s": ONE, "deg/s": WithPi(Fraction(0), Fraction(1, 180)),
         "rev/s": WithPi(Fraction(0), Fraction(2)), "rpm": WithPi(Fraction(0), Fraction(1, 30)),
     },
+}  # fmt: skip
+# The entries of a scene that have a unit of ``UNITS``.
+UNIT_OF = {
+    "m": "kg", "R": "m", "g": "m/s^2", "until": "s", "sample_every": "s", "theta": "rad",
+    "theta_dot": "rad/s", "phi_dot": "rad/s", "omega_3": "rad/s", "psi_dot": "rad/s",
+    "nu_x": "m/s", "nu_y": "m/s", "height": "m", "rise": "m/s", "v_s": "m/s", "epsilon": "m/s",
 }  # fmt: skip
 
 
@@ -96,7 +107,8 @@ def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> 
     number = _parse(value, unit)
     if number is None:
         with_unit = isinstance(value, str) and _parse(value.rstrip(_LETTERS), "") is not None
-        alone = " without a unit, in SI or as its key says (m_g, R_mm)" if with_unit else ""
+        keys = "its key says (centre_mm, I1_kg_m2)"
+        alone = f" without a unit, in SI or as {keys}" if with_unit else ""
         units = ", ".join(f'"10 {one}"' for one in UNITS.get(unit, ()))
         raise InputError(
             f"{what}: got {shortened(value)}, expected an exact number as a string"
@@ -152,12 +164,20 @@ def _product(text: str) -> WithPi:
     return WithPi(Fraction(0), value) if powers else WithPi(value)
 
 
-def written(value: Scalar, what: str = "number", unit: str = "") -> Fraction:
+def written(value: Scalar, name: str = "number", what: str = "") -> Fraction:
     """``exact`` for the numbers of files and users, of every type that ``decimal_of`` knows.
+
+    A number may have a unit if ``name`` is an entry of ``UNIT_OF``. Errors say ``what`` it is.
 
     Raises ``InputError``: as ``exact``; NaN and infinity too.
     """
-    return parse(decimal_of(value), what, unit).rational
+    return parse(decimal_of(value), what or name, UNIT_OF.get(name, "")).rational
+
+
+def has_unit(value: Any) -> bool:
+    """True for a text that ends in a unit."""
+    form = _EXPRESSION.fullmatch(str(value).strip())
+    return bool(form and form["unit"])
 
 
 def decimal_of(value: Any) -> Any:

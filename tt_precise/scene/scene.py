@@ -404,7 +404,11 @@ def load_scene(scene: str | Path | Scene) -> Scene:
     if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
         if scene in shipped():
             return _shipped(scene)
-        files = map(str, Path().glob("*.toml"))
+        files = list(map(str, Path().glob("*.toml")))
+        if f"{scene}.toml" in files:
+            raise InputError(
+                f"scene: got {scene!r}, expected '{scene}.toml', the file's whole name"
+            )
         expected = "a path to a .toml file or one of: "
         raise wrong_name("scene", scene, shipped(), expected=expected, further=files)
     path = Path(scene)
@@ -463,8 +467,9 @@ def _typed(value: object, kind: type, what: str, expected: str) -> None:
 def _subtable(table: Mapping[str, Json], key: str) -> Mapping[str, Json]:
     value = table[key]
     if not isinstance(value, dict):
+        example = ' such as {"law": "coulomb", "mu": "0.3"}' if key == "friction" else ""
         raise InputError(
-            f"{key}: got {str(value)[:60]!r}, expected a table [{key}], in Python a dict"
+            f"{key}: got {str(value)[:60]!r}, expected a table [{key}], in Python a dict{example}"
         )
     return value
 

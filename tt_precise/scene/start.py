@@ -12,6 +12,7 @@ from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
 from tt_precise.scene.numerals import (
     PI,
+    UNIT_OF,
     UNITS,
     as_fraction,
     decimal_of,
@@ -105,8 +106,7 @@ class Start:
         if not isinstance(given, Inclination):
             object.__setattr__(self, "theta", Inclination.parse(given))
         for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
-            unit = ANGLES.get(name, "")
-            value = within_doubles(written(getattr(self, name), name, unit), name)
+            value = within_doubles(written(getattr(self, name), name), name)
             object.__setattr__(self, name, value)
 
     @staticmethod
@@ -127,7 +127,7 @@ class Start:
         kind = LiftedStart if values.keys() & set(LIFTED) else Start
         start = kind(**{"omega_3": Fraction(0), **values})
         if PSI_DOT in given:
-            start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT, ANGLES[PSI_DOT]))
+            start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT))
         if given.get(AT_REST, CONTACT_POINT) == CENTRE_OF_MASS:
             start = _with_centre_at_rest(start, body)
         return start
@@ -168,8 +168,6 @@ class LiftedStart(Start):
             object.__setattr__(self, name, value)
 
 
-# Angles and rates, and their units in SI; others may stand behind a number (``numerals.UNITS``).
-ANGLES = {"theta": "rad"} | dict.fromkeys(("theta_dot", "phi_dot", "omega_3", PSI_DOT), "rad/s")
 _ENTRIES = tuple(field.name for field in fields(Start))
 LIFTED = ("height", "rise")
 START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
@@ -186,7 +184,7 @@ def _check_keys(given: Mapping[str, Json]) -> None:
             shown = str(name)[:60]
             shown = shown if shown.isprintable() else repr(shown)
             expected = f"only: {', '.join(sorted(START_KEYS))}"
-            for entry, unit in ((e, u) for e, si in ANGLES.items() for u in UNITS[si]):
+            for entry, unit in ((e, u) for e, si in UNIT_OF.items() for u in UNITS[si]):
                 if shown.replace("_", "/").removeprefix(entry.replace("_", "/")) in (
                     f"/{unit}", f"/{unit.removesuffix('/s')}"
                 ):  # fmt: skip

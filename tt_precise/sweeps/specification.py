@@ -8,7 +8,6 @@ other values are the scene's. So a row can be recomputed from its own line of th
 from __future__ import annotations
 
 import math
-import re
 import warnings
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -30,16 +29,13 @@ from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.values import Array, InputError, Json, whole_number, wrong_name
 from tt_precise.scene.body import UNIT_KEYS, require_si
-from tt_precise.scene.numerals import within_doubles, written
+from tt_precise.scene.numerals import UNIT_OF, has_unit, within_doubles, written
 from tt_precise.scene.scene import Scene, Start, load_scene
-from tt_precise.scene.start import ANGLES, LIFTED, LiftedStart
+from tt_precise.scene.start import LIFTED, LiftedStart
 from tt_precise.sweeps.columns import check_names
 
 STARTS = tuple(one.name for one in fields(Start))
-SI = {
-    "m": "kg", "R": "m", "I1": "m R^2", "I3": "m R^2", "g": "m/s^2", "height": "m", "rise": "m/s"
-}  # fmt: skip
-_UNIT = re.compile(r"\d\s*[a-z/]+\s*$")
+SI = {**UNIT_OF, "I1": "m R^2", "I3": "m R^2"}
 MOST_VALUES = 1_000_000  # Values of an axis.
 LARGEST_SEED = 2**64 - 1
 MOST_SAMPLES = 10_000_000  # Samples of a box, which stay in memory.
@@ -245,7 +241,7 @@ def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
             example = "1deg:9deg:5" if name == "theta" else "-200:200:801"
             raise InputError(
                 f"vary {name}: got {values[:60]!r}, expected values such as 0.05,0.1,0.2 or "
-                f"first:last:count such as {example}"
+                f"first:last:count such as {example} (a count, not a step)"
             )
         first, last = _numbers(name, parts[:2], "vary")
         count = int(parts[2])
@@ -273,12 +269,12 @@ def box_ends(name: str, ends: Ends) -> tuple[Fraction, Fraction]:
 
 def _numbers(name: str, values: Iterable[Any], what: str) -> tuple[Fraction, ...]:
     """The exact numbers of an entry; refuses "1,2,3 deg", whose first two would be in rad."""
-    what, values, unit = f"{what} {name}", list(values), ANGLES.get(name, "")
-    numbers = tuple(within_doubles(written(value, what, unit), what) for value in values)
+    what, values = f"{what} {name}", list(values)
+    numbers = tuple(within_doubles(written(value, name, what), what) for value in values)
     texts = [str(value) for value in values]
     bare = [text for text, number in zip(texts, numbers, strict=True)
-            if number and not ("pi" in text or _UNIT.search(text))]  # fmt: skip
-    if bare and any(map(_UNIT.search, texts)):
+            if number and not ("pi" in text or has_unit(text))]  # fmt: skip
+    if bare and any(map(has_unit, texts)):
         raise InputError(
             f"{what}: got {bare[0]} without a unit, expected one, as behind the others"
         )
