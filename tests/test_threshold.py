@@ -173,6 +173,7 @@ def test_a_finer_arithmetic_that_contradicts_is_said(
             {"goal": "both"},
             "goal: got 'both', expected one of: equator, inverted, contact_lost",
         ),
+        ({"name": "theta", "ends": "1:30"}, 'theta: got 30, .*then write "30 deg"'),
     ],
 )
 def test_refuses(changes: dict[str, object], message: str) -> None:

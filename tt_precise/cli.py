@@ -45,8 +45,14 @@ MEANT = {
     "spread": 'in Python tt.integrate(scene, sensitivity=["mu"]).sensitivity.spread({"mu": "5 %"})',
 }  # fmt: skip
 
-# What people look for among the options, and a scene's file has.
-NUMBERS = ("mu", "friction", "theta", "omega_3", "spin", "mass", "radius", "alpha", "m", "R")
+# What people look for among the options, and where it is.
+ELSEWHERE = {
+    **dict.fromkeys(
+        ("mu", "friction", "theta", "omega_3", "spin", "mass", "radius", "alpha", "m", "R", "set"),
+        "It stands in the scene's file: `tt-precise scene new top.toml`.",
+    ),
+    "plot": "`tt-precise sweep plot RESULT` draws rows, `tt-precise run SCENE --plot top.png` a motion.",
+}
 
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT, SIGPIPE, SIGTERM
@@ -103,7 +109,7 @@ def main(argv: list[str] | None = None) -> int:
         click.echo(help_text.format_message(), err=True)
         return BAD_INPUT
     except click.UsageError as error:
-        return _complain(f"{error.format_message()}{_advice(error)}", BAD_INPUT)
+        return _complain(_with_advice(error), BAD_INPUT)
     except click.ClickException as error:
         return _complain(error.format_message(), BAD_INPUT)
     except InputError as error:
@@ -127,22 +133,27 @@ def main(argv: list[str] | None = None) -> int:
     return status if isinstance(status, int) else DONE
 
 
-def _advice(error: click.UsageError) -> str:
-    """The help text of the parameter that an error is about, or the way to the help."""
+def _with_advice(error: click.UsageError) -> str:
+    """The message with the help text of the parameter that it is about, or the way to the help."""
+    message = error.format_message()
     if error.ctx is None:
-        return ""
+        return message
     name = getattr(error, "option_name", None)
     given = getattr(error, "param", None)
     for parameter in error.ctx.command.params:
         text = getattr(parameter, "help", None)
         if text and (parameter is given or name in parameter.opts):
-            return f" {text}"
+            return f"{message} {text}"
     said = ""
     if "extra argument" in error.message:
         said = ": lists are written with commas, without spaces."
-    elif name and str(name).lstrip("-").replace("-", "_") in NUMBERS:
-        said = " It stands in the scene's file: `tt-precise scene new top.toml`."
-    return f"{said} See `{error.ctx.command_path} --help`."
+        if "=" in error.message:
+            said = ": numbers are varied with --vary NAME=FIRST:LAST:COUNT."
+    elif isinstance(error, click.NoSuchOption):
+        place = ELSEWHERE.get(error.option_name.lstrip("-").replace("-", "_"), "")
+        if place:  # what click proposes is alike in letters only
+            message, said = f"No such option '{error.option_name}'.", f" {place}"
+    return f"{message}{said} See `{error.ctx.command_path} --help`."
 
 
 def _complain(message: object, status: int) -> int:

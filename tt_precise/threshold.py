@@ -178,6 +178,8 @@ def find(
     require_name("goal", goal, GOALS)
     low, high = box_ends(name, ends)
     search = _Search(loaded, name, goal)
+    for end in (low, high):  # a refusal then shows the number that was given
+        search.scene_at(end)
     scan = []
     for number in range(points):
         scan.append(search.answer(low + (high - low) * number / (points - 1)))

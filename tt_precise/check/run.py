@@ -204,7 +204,8 @@ def _said_in_python(check: Callable[P, Result]) -> Callable[P, Result]:
 
 
 conservation = _said_in_python(examine)
-conservation.__name__ = conservation.__qualname__ = "conservation"
+# errors of a call name the function by what stands in its ``__qualname__``
+conservation.__name__ = conservation.__qualname__ = examine.__qualname__ = "conservation"
 OPTIONS = inspect.signature(conservation).parameters
 # Checks that are not made row by row.
 FURTHER = ("finite", "start", "agreement", "golden")

@@ -224,7 +224,10 @@ class Columns:
         if name in POSE_NAMES:
             return _DIMENSIONS.get(name[0], _LENGTH)
         raise wrong_name(
-            "column", name, self.dimensions, ", pose, digits, error:NAME or drift:NAME"
+            "column",
+            name,
+            self.dimensions,
+            ", pose, digits, error:NAME or drift:NAME, or a tt.quantity(function, unit) itself",
         )
 
     @cached_property

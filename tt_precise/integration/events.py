@@ -192,8 +192,9 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
             # five times smaller than the derivative of g_n by every state entry
             return Event(name, force_slope, meaning)
         return Event(name, function, meaning, of_rate=True, azimuth=quantity.azimuth)
+    example = name if name in QUANTITIES else "g_n"
     also = (
-        f", or {EXTREMUM}QUANTITY or {ZERO}QUANTITY of the catalogue such as {EXTREMUM}g_n, "
+        f", or {EXTREMUM}QUANTITY or {ZERO}QUANTITY of the catalogue such as {EXTREMUM}{example}, "
         "or one's own function itself for its zeros, tt.quantity(function) for its extrema"
     )
     further = (f"{kind}{one}" for kind in (EXTREMUM, ZERO) for one in QUANTITIES)

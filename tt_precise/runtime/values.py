@@ -54,14 +54,15 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
 MEANT = {
     "jellett": "lambda", "lambda": "jellett", "energy": "E", "routh": "D", "normalforce": "g_n",
     "force": "g_n", "spin": "omega_3", "tilt": "theta", "inclination": "theta", "angle": "theta",
-    "slip": "gliding_speed", "speed": "gliding_speed", "va": "gliding_speed",
-    "precession": "phi_dot", "friction": "mu",
-    "mass": "m", "radius": "R", "gravity": "g", "inversion": "equator", "duration": "until",
+    "law": "friction", "slip": "gliding_speed", "speed": "gliding_speed", "va": "gliding_speed",
+    "precession": "phi_dot", "friction": "mu", "mass": "m", "radius": "R",
+    "gravity": "g", "inversion": "equator", "duration": "until",
     "tend": "until", "tmax": "until", "tspan": "until", "dt": "sample_every", "rtol": "tolerance",
     "value": "threshold", "t": "times", "at": "times", "dd": "double-double", "dps": "digits",
 }  # fmt: skip
 
 # How to write what people look for among the attributes of the package, a trajectory or a scene.
+EXTREMA = 'integrate(scene, events=["extremum:g_n"]).event_frame("g_n")'
 WRITTEN = {
     "to_csv": 'frame().to_csv("top.csv")', "save": 'frame().to_csv("top.csv") of a trajectory',
     "savefig": 'plot().savefig("top.png")', "t": 'frame()["t"]', "times": 'frame()["t"]',
@@ -72,7 +73,10 @@ WRITTEN = {
     "run": "tt.integrate(scene)", "integrate": "tt.integrate(scene)",
     "simulate": "tt.integrate(scene)", "solve": "tt.integrate(scene)", "load": "tt.load_scene",
     "scenes": "`tt-precise scene list`", "columns": "`tt-precise columns`",
-    "replace": "varied(mu=0.2)", "with_": "varied(mu=0.2)", "copy": "varied(mu=0.2)",
+    "max": EXTREMA, "min": EXTREMA, "extrema": EXTREMA, "report": "`tt-precise report`",
+    "tradeoff": "`tt-precise tradeoff SCENE`", "extremes": "`tt-precise extremes`",
+    "conserved": "drift", "replace": "varied(mu=0.2)", "with_": "varied(mu=0.2)",
+    "copy": "varied(mu=0.2)",
     "quantities": "`tt-precise columns`", "events": "`tt-precise events`",
 }  # fmt: skip
 
