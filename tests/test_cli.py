@@ -288,7 +288,7 @@ def test_a_command_that_people_try_names_the_one_that_does_it(
         (("run", "reference", "--until", "1h"), "until: got '1h', expected an exact number as "
          'a string, such as "0.02", "1e-9", "131/350" or "0.004/0.017" or, with a unit, "10 s"'),
         (("run", "reference", "--set", "mu=2"), "option '--set'. It stands in the scene's file"),
-        (("sweep", "reference", "--plot", "a.png"), "`tt-precise sweep plot RESULT` draws rows"),
+        (("sweep", "reference", "--plot", "a.png"), "`tt-precise sweep plot RESULT` and"),
         (("sweep", "reference", "mu=1:2:3"), "--vary NAME=FIRST:LAST:COUNT"),
         (("check", "a.csv"), "Missing option '--scene'. A shipped name or a TOML file."),
     ],

@@ -51,7 +51,7 @@ ELSEWHERE = {
         ("mu", "friction", "theta", "omega_3", "spin", "mass", "radius", "alpha", "m", "R", "set"),
         "It stands in the scene's file: `tt-precise scene new top.toml`.",
     ),
-    "plot": "`tt-precise sweep plot RESULT` draws rows, `tt-precise run SCENE --plot top.png` a motion.",
+    "plot": "`tt-precise sweep plot RESULT` and `tt-precise run SCENE --plot top.png` draw.",
 }
 
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h

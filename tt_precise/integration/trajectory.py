@@ -50,7 +50,6 @@ from tt_precise.runtime.values import (
     listed,
     nearest,
     require_name,
-    shortened,
 )
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import Scene, load_scene
@@ -604,12 +603,6 @@ def _differentiated(trajectory: Trajectory, names: Iterable[str]) -> Trajectory:
     """Return the trajectory with its ``sensitivity`` to the entries ``names``, if any."""
     if names:
         from tt_precise.integration.derivatives import Derivatives
-
-        if not isinstance(names, Iterable):
-            raise InputError(
-                f"sensitivity: got {shortened(names)}, expected names of entries such as "
-                '["mu", "theta"]'
-            )
 
         trajectory.sensitivity = Derivatives(trajectory.run, listed(names))
     return trajectory

@@ -45,6 +45,8 @@ StateOfAny: TypeAlias = Any
 
 def listed(names: str | Iterable[str]) -> tuple[str, ...]:
     """Return names given as separate texts, or as one text with commas."""
+    if not isinstance(names, Iterable):
+        raise InputError(f"got {shortened(names)}, expected names, such as 'mu' or ['mu', 'theta']")
     if not isinstance(names, str):
         return tuple(names)
     return tuple(name.strip() for name in names.split(",") if name.strip())
