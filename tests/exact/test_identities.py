@@ -40,8 +40,6 @@ CONTROLS: dict[str, Spoil] = {
     "lambda is constant, Euler angles": _wrong(euler, "rates", "omega_3"),
     "E falls by friction": _quantity("E_dot"),
     "rates of the parts of E": _quantity("E_pot_dot"),
-    "E_trans in Euler angles": _wrong(euler, "translational_energy"),
-    "E~ in Euler angles": _wrong(euler, "modified_energy"),
     "Main Equation": _quantity("E_tilde"),
     "rate of D": _quantity("D_dot"),
     "rate of E~": _quantity("E_tilde_dot"),

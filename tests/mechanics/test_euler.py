@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tt_precise.mechanics import euler, newton
+from tt_precise.mechanics import euler, newton, quantities
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors, vectors_from_euler
 from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import horizontal_length
 from tt_precise.scene.body import TippeTop
 
@@ -75,9 +76,10 @@ def test_energies_of_one_motion_alone(body: TippeTop, alone: str) -> None:
     inertia = {"theta_dot": body.I1, "phi_dot": body.I1 * s * s, "omega_3": body.I3}.get(alone, 0)
     resting = body.m * body.g * body.R * (1 - body.alpha * c)
     expected = resting + 2 * inertia + shift * contact_speed
-    assert euler.modified_energy(body, moving, Pythagorean) == expected
+    q = Motion(body, vectors_from_euler(body, moving, Pythagorean), Pythagorean)
+    assert quantities.E_tilde(q) == expected
     gliding = 2 * body.m if alone.startswith("nu") else shift * contact_speed
-    assert euler.translational_energy(body, moving, Pythagorean) == gliding
+    assert quantities.E_trans(q) == gliding
 
 
 EPS = float(np.finfo(float).eps)

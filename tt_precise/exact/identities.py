@@ -272,20 +272,6 @@ def _energy_terms(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
         yield _rate(chart, name) - _gliding(chart, f"{name}_dot")
 
 
-@identity("E_trans in Euler angles", "(22)")
-def _translational(chart: EulerChart) -> Iterable[Scalar]:
-    """m s_dot^2/2 of the vectors is the paper's expression in Euler angles."""
-    by_euler = euler.translational_energy(chart.body, chart.state, chart)
-    yield _quantity(chart, "E_trans") - by_euler
-
-
-@identity("E~ in Euler angles", "(8)")
-def _modified(chart: EulerChart) -> Iterable[Scalar]:
-    """E with s_dot = -omega x a is the paper's expression in Euler angles."""
-    by_euler = euler.modified_energy(chart.body, chart.state, chart)
-    yield _quantity(chart, "E_tilde") - by_euler
-
-
 @identity("Main Equation", "(17), (18)")
 def _main_equation(chart: EulerChart) -> Iterable[Scalar]:
     """E~ = g(cos theta) theta_dot^2 + V(cos theta, D, lambda)."""
@@ -339,10 +325,11 @@ def _rolling_integrals(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
 @identity("lambda, D, E~ are constant when rolling, Euler angles", "(10) to (12), v_A = 0")
 def _rolling_euler_integrals(chart: EulerChart) -> Iterable[Scalar]:
     """lambda, D and E~ do not change along the rolling equations in Euler angles."""
-    state = EulerState(*chart.state[:4], 0, 0)
+    state = EulerState(*chart.state[:4], chart.field.zero, chart.field.zero)
     rates = _rolling_euler_rates(chart)
     yield chart.along(euler.jellett(chart.body, state, chart), rates)
-    yield chart.along(euler.modified_energy(chart.body, state, chart), rates)
+    vectors = euler.vectors_from_euler(chart.body, state, chart)
+    yield chart.along(quantities.E_tilde(Motion(chart.body, vectors, chart)), rates)
     routh = chart.body.I3 * state.omega_3 * chart.sqrt(quantities.d(chart.body, chart.c))
     yield chart.along(routh, rates)
 

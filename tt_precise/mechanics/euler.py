@@ -178,29 +178,3 @@ def jellett(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
     """
     s, c = fn.sin(state.theta), fn.cos(state.theta)
     return body.R * (body.I1 * state.phi_dot * s * s - body.I3 * state.omega_3 * (body.alpha - c))
-
-
-def modified_energy(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
-    """Modified energy E~ in J, the energy with s_dot = -omega x a; eq (8)."""
-    s, c = fn.sin(state.theta), fn.cos(state.theta)
-    u = body.alpha - c
-    theta_dot, phi_dot, omega_3 = state.theta_dot, state.phi_dot, state.omega_3
-    axis_speed = theta_dot * theta_dot + phi_dot * phi_dot * s * s
-    return (
-        (body.I1 * axis_speed + body.I3 * omega_3 * omega_3) / 2
-        + body.m * body.g * body.R * (1 - body.alpha * c)
-        + body.m * body.R * body.R / 2 * (
-            u * u * axis_speed
-            + s * s * (theta_dot * theta_dot + omega_3 * omega_3 + 2 * omega_3 * phi_dot * u)
-        )
-    )  # fmt: skip
-
-
-def translational_energy(body: Parameters, state: EulerState, fn: Functions) -> Scalar:
-    """E_trans = m s_dot^2/2 in J; eq (22)."""
-    s, c = fn.sin(state.theta), fn.cos(state.theta)
-    u = body.alpha - c
-    along_x = state.nu_x * c - body.R * state.theta_dot * u
-    along_y = state.nu_y - body.R * s * (state.omega_3 + state.phi_dot * u)
-    along_z = state.nu_x * s + body.R * state.theta_dot * s
-    return body.m / 2 * (along_x * along_x + along_y * along_y + along_z * along_z)
