@@ -124,7 +124,7 @@ AT_REST, SPIN = "1, 0, 0, 0, 0, 0, 1, 0, 0, 0", "1, 0, 0, 0, 0, 0, {}, 0, 0, 0"
         ("pass", "unreadable", "got nothing on standard output"),
         ("print('t,qw\\n0,1')", "unreadable", "missing columns qx"),
         (f"print({','.join(COLUMNS)!r}, '\"', sep='\\n')", "unreadable", "not CSV"),
-        (table(AT_REST).replace("[t,", "[t + 1,"), "unreadable", "row 1"),
+        (table(AT_REST).replace("[t,", "[t + 1e-6,"), "unreadable", "row 1"),
         (table("3" + AT_REST[1:]), "unreadable", "3, "),
         (
             table(AT_REST).replace("'sample_times']", "'sample_times'][:3]"),

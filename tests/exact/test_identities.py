@@ -130,6 +130,12 @@ def test_points_are_the_same_each_time() -> None:
     assert len(set(seen)) == identities.POINTS
 
 
+def test_a_root_that_is_no_fraction_is_refused() -> None:
+    assert identities.Roots.sqrt(Fraction(4, 9)) == Fraction(2, 3)
+    with pytest.raises(ValueError, match="not the square of a fraction"):
+        identities.Roots.sqrt(Fraction(5, 9))
+
+
 def test_one_bad_point_is_enough() -> None:
     def once(draws: Any) -> list[int]:
         calls.append(1)
