@@ -102,6 +102,7 @@ RAUCH_RUTSTAM = Paper(
 )
 
 PAPERS = (RAUCH_RUTSTAM,)
+LAMBDA_KEPT = 1e-6  # The paper's "precision of order 1e-6" of lambda, section 2.1, relative.
 
 
 def look_up(id: str, table: Mapping[str, T]) -> T:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy
 import pandas
 
+from tt_precise.claims.paper import LAMBDA_KEPT
 from tt_precise.extremes.geometry import digits_of_the_tilt
 from tt_precise.integration.precision import KINDS
 from tt_precise.report import style
@@ -16,7 +17,6 @@ from tt_precise.report.style import Words
 from tt_precise.runtime.values import Json
 from tt_precise.tradeoff.findings import (
     GROWING,
-    PRINTED,
     WHOLE_S,
     Point,
     chosen,
@@ -115,7 +115,7 @@ def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
     panel.annotate("error = drift", (1e-11, 1e-11), xytext=(4, -10),
                    textcoords="offset points", color=style.GREY)  # fmt: skip
-    panel.axvline(PRINTED, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
+    panel.axvline(LAMBDA_KEPT, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
     panel.set_xlabel(r"largest $|\lambda(t)/\lambda(0)-1|$")
     panel.set_ylabel("largest error of the state")
     style.legend(panel)

@@ -9,6 +9,8 @@ import numpy
 
 from tt_precise.claims.evidence.motions import minima
 from tt_precise.claims.evidence.run import REFERENCE, Run, SceneLike
+from tt_precise.claims.paper import LAMBDA_KEPT
+from tt_precise.claims.rauch_rutstam.section23_curve import PRINTED
 from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report import style
 from tt_precise.report.precision import precision_runs
@@ -277,23 +279,18 @@ def figure_6(axes: list[Axes]) -> Words:
     )
 
 
-# Boundary values (D, E~) of section 2.3 in SI.
-PRINTED = ((9.381e-4, 4.912e-2), (-6.667e-4, 1.734e-2))
-
-
 @style.figure("figure-7", [2.2, 1.2, 1.8], shared_time=False)
 def figure_7(axes: list[Axes]) -> Words:
     """The curve (D, E~) with its limits, D over time, E and E~ over time."""
     data = course("D", "E_tilde", "E")
-    known = REFERENCE.thresholds.quantities
-    limits = [tuple(float(known[name + end].value) for name in "DE") for end in "01"]
+    limits = {name: one.value for name, one in REFERENCE.thresholds.quantities.items()}
     # the curve turns back and forth, so it must not be thinned
     axes[0].plot(MILLI * data["D"], MILLI * data["E_tilde"], color=style.BLUE, linewidth=0.6)
-    for points, mark, label in ((limits, "o", "limits for its λ"), (PRINTED, "X", "printed")):
-        axes[0].plot(
-            *([MILLI * point[i] for point in points] for i in (0, 1)),
-            mark, color=style.RED if mark == "X" else style.BLACK, markersize=6, label=label,
-        )  # fmt: skip
+    for ends, mark, colour, label in (
+        (limits, "o", style.BLACK, "limits for its λ"), (PRINTED, "X", style.RED, "printed")
+    ):  # fmt: skip
+        both = ([MILLI * float(ends[name + end]) for end in "01"] for name in "DE")
+        axes[0].plot(*both, mark, color=colour, markersize=6, label=label)
     axes[0].set(xlabel="$D$ (g m²/s)", ylabel=r"$\tilde E$ (mJ)")
     axes[0].legend(loc="upper left")
     style.curve(axes[1], data["t"], MILLI * data["D"], "", style.BLUE)
@@ -409,7 +406,6 @@ def axis_at_the_pole(axes: list[Axes]) -> Words:
     )
 
 
-DRIFT_PRINTED = 1e-6
 DRIFT_COLOURS = (style.RED, style.ORANGE, style.SKY, style.GREEN, style.BLUE)
 
 
@@ -418,8 +414,8 @@ def jellett_drift(axes: list[Axes]) -> Words:
     """Relative drift of lambda over time in every precision, and the paper's 1e-6."""
     worst = {}
     panel = axes[0]
-    panel.axhline(DRIFT_PRINTED, color=style.BLACK, linewidth=1, linestyle="--")
-    panel.annotate("section 2.1: 1e−6", (0.1, DRIFT_PRINTED), xytext=(0, 4),
+    panel.axhline(LAMBDA_KEPT, color=style.BLACK, linewidth=1, linestyle="--")
+    panel.annotate("section 2.1: 1e−6", (0.1, LAMBDA_KEPT), xytext=(0, 4),
                    textcoords="offset points")  # fmt: skip
     for run, colour in zip(precision_runs(), DRIFT_COLOURS, strict=False):
         drift = run.drift["jellett"]

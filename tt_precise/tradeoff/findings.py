@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy
 import pandas
 
+from tt_precise.claims.paper import LAMBDA_KEPT
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.values import Array
 
@@ -41,7 +42,6 @@ SPANS = ((16, 300), (34, 300), (34, 100), (100, 300))
 # The scenes of the long runs, and the integrals with their symbols.
 LONG_SCENES = ("frictionless", "rolling")
 GROWING = {"jellett": "lambda", "energy": "E"}
-PRINTED = 1e-6  # The paper's "precision of order 1e-6" of lambda, section 2.1.
 PAPER_METHOD = "SciPy odeint, Python"
 # Exponent of time with which the error of an integral grows (D. Brouwer, Astron. J. 46, 1937):
 # without truncation roundings are practically random; a systematic part would grow as t.
@@ -291,12 +291,12 @@ def _conservation(rows: pandas.DataFrame) -> Iterator[Finding]:
     mine = conservation_scatter(rows)
     if mine.empty:
         return
-    hidden = mine[mine["jellett_drift"] <= PRINTED]
+    hidden = mine[mine["jellett_drift"] <= LAMBDA_KEPT]
     of_paper = chosen(mine, method=PAPER_METHOD, formulation="euler", tolerance=0.0)
     for name, rows_of_name, definition in (
         ("hidden by conservation", hidden,
          f"largest error of the state on the way among all settings that hold lambda to "
-         f"{PRINTED:.0e}"),
+         f"{LAMBDA_KEPT:.0e}"),
         ("the paper's own way", of_paper,
          "error of the state on the way with odeint's default tolerances in Euler form, "
          "dimensionless (NUM-03: in SI)"),
