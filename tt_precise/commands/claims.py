@@ -71,10 +71,8 @@ def command(
     if run is not None:
         lines += [f"From {run.origin}.", "--again recomputes."]
         if run.outdated:
-            lines.append(
-                "STALE: code has changed since then, so a verdict may differ; `tt-precise report` "
-                "judges all claims with the code of today."
-            )
+            lines += ["STALE: the code has changed since, and may judge otherwise.",
+                      "`tt-precise report` judges all claims again."]  # fmt: skip
     options.emit(as_json, record, lines)
     return 0
 
