@@ -82,6 +82,15 @@ def test_near_a_zero_the_angular_velocity_decides_and_what_is_missing_has_no_dig
     assert found == pytest.approx(digits, abs=1e-2 if digits else 0)
 
 
+def test_a_trajectory_or_a_mapping_is_compared_as_its_table() -> None:
+    run = tt.integrate("reference", "quad", until="0.05")
+    assert tt.golden.compare(run, "reference").worst > 25
+    columns = {"t": [0.0, 0.01], "omega_3": run.frame("omega_3")["omega_3"].to_list()[:2]}
+    assert list(tt.golden.compare(columns, "reference").digits.index) == ["omega_3"]
+    with pytest.raises(InputError, match="columns: got 0, expected t and any of: "):
+        tt.golden.compare([1.0], "reference")
+
+
 def test_order_columns_and_rows_are_free(small: Small) -> None:
     frame = loaded(small)[["omega_3", "t"]].iloc[[5, 1]].assign(other="x")
     before = frame.copy()

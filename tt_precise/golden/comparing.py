@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy
 import pandas
@@ -82,15 +82,15 @@ class Comparison:
 BEYOND = 1 + 1e-12  # Factor of the end of golden data: a row there may be a rounding later.
 
 
-def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None) -> Comparison:
+def compare(frame: Any, scene: str | Path, *, folder: Folder = None) -> Comparison:
     """Count the correct digits of a trajectory by comparison with the golden data of ``scene``.
 
     Parameters
     ----------
     frame
-        Columns ``t`` (s) and any columns of the golden trajectory, in SI: floats, decimal
-        strings, or numbers of mpmath. Other columns are ignored. If all times are golden, rows
-        are compared exactly; otherwise the scene is integrated to 12 digits.
+        A ``Trajectory``, or a table with ``t`` (s) and any columns of the golden trajectory, in SI:
+        floats, decimal strings, or numbers of mpmath. Other columns are ignored. If all times are
+        golden, rows are compared exactly; otherwise the scene is integrated to 12 digits.
     scene
         A scene with golden data, as in ``load``.
     folder
@@ -104,6 +104,7 @@ def compare(frame: pandas.DataFrame, scene: str | Path, *, folder: Folder = None
     stored = read_whole(scene, folder)
     solution = TrueSolution(stored.scene, folder)
     golden = TrueRows.of_table(stored.scene, stored.trajectory)
+    frame = pandas.DataFrame(frame.frame(numbers="text") if hasattr(frame, "frame") else frame)
     names = [name for name in golden.names if name in frame.columns]
     if "t" not in frame.columns or not names:
         raise InputError(
