@@ -80,6 +80,7 @@ def test_a_track_that_nobody_followed_is_incomplete(healthy: Healthy) -> None:
     assert "could not check all columns (" in found.heading
     allowed = ("kinematics", "contact_momentum", "agreement")
     assert check(frame, "track", friction="other", allow=allowed).passed
+    assert check(frame, "track", friction="other", allow=", ".join(allowed)).passed
     refuses("allow: got 'psi', expected one of: time, ", frame, "track", allow=("psi",))
 
 

@@ -95,6 +95,12 @@ def test_a_row_that_is_no_state_is_no_start(
     assert check(rows, "reference", friction="other", start="other").verdict == "fail"
 
 
+def test_a_state_is_sought_at_so_many_times_at_most(healthy: Healthy, no_cause: None) -> None:
+    """A momentum of no size across the tilt leaves Jellett's integral as it is at the start."""
+    rows = healthy("rolling", rows=9, until=0.1)[VECTORS[:7]].assign(Ly=1e300)
+    assert check(rows, "rolling")["start"].verdict == "fail"
+
+
 def test_no_cause_is_found_for_huge_numbers(
     rigid_body: Callable[..., pandas.DataFrame], healthy: Healthy
 ) -> None:

@@ -46,7 +46,7 @@ from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.terminal import Progress, one_line, silent
-from tt_precise.runtime.values import Array, Check, InputError, Verdict, require_name
+from tt_precise.runtime.values import Array, Check, InputError, Verdict, listed, require_name
 from tt_precise.scene.scene import Scene, load_scene
 
 P = ParamSpec("P")
@@ -65,7 +65,7 @@ def examine(
     digits: float | None = None,
     friction: str = "scene",
     start: str = "scene",
-    allow: Sequence[str] = (),
+    allow: str | Sequence[str] = (),
     engine: str | None = None,
     world: str = "z-up",
     axis: str = "z",
@@ -100,7 +100,7 @@ def examine(
     start
         "scene", or "other" if the motion has another start than the scene's.
     allow
-        Names of checks that may stay open.
+        Names of checks that may stay open, also as one text with commas.
     engine
         The engine whose own state ``trajectory`` has: "mujoco", "drake", "bullet", ...
     world, axis
@@ -117,6 +117,7 @@ def examine(
         The trajectory cannot be used; one line gives the place and the reason.
     """
     wanted = chosen_limits(limits or {})
+    allow = listed(allow)
     for name in allow:
         require_name("allow", name, (*wanted, *FURTHER))
     cutoff = math.inf if until is None else finite("until", until)

@@ -155,7 +155,7 @@ def _nearest_time(rows: Samples, solution: Solution) -> float | None:
     omega = rows.first.omega
     begin, end = 0.0, float(rows.setup.scene.until)
     turned = math.sqrt(dot(omega, omega)) * end
-    count = min(math.ceil(TIMES_PER_RADIAN * turned), MOST_TIMES) + 1
+    count = math.ceil(min(TIMES_PER_RADIAN * turned, MOST_TIMES)) + 1
     for _ in range(8):
         times = numpy.linspace(begin, end, count)
         true = solution(times)
