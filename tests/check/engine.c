@@ -40,6 +40,7 @@ static void rates(const double *y, double *d) {
     for (int i = 0; i < 3; i++) va[i] += v[i];
     cross(w, L, gyro);
     if (is("no gyroscopic term")) memset(gyro, 0, sizeof gyro);
+    double drag = is("damped motion") ? 0.02 : 0;
     double f = friction(hypot(va[0], va[1])) * (is("friction pushes") ? -1 : 1), n;
     double per[3] = {-f*va[0], -f*va[1], 1}, lever[3] = {a[0], a[1], a[2]};
     if (is("centre of mass at the centre")) { lever[0] = lever[1] = 0; lever[2] = -R; }
@@ -52,17 +53,17 @@ static void rates(const double *y, double *d) {
         double h = y[9] + a[2]; n = fmax(0, -2e5*m*h - 200*m*va[2]);
     } else { /* the lowest point keeps its height: its vertical acceleration vanishes */
         double free[3], push[3]; cross(turn, a, free); cross(unit, a, push); cross(w, ad, x);
-        n = (g - free[2] - x[2])/(1/m + push[2]);
+        n = (g + drag*v[2] - free[2] - x[2])/(1/m + push[2]);
     }
     if (is("normal force is the weight")) n = m*g;
     if (n < 0 && !is("the table pulls")) lost = 1;
     d[0] = -(w[0]*q[1] + w[1]*q[2] + w[2]*q[3])/2; d[1] = (w[0]*q[0] + w[1]*q[3] - w[2]*q[2])/2;
     d[2] = (w[1]*q[0] + w[2]*q[1] - w[0]*q[3])/2;  d[3] = (w[2]*q[0] + w[0]*q[2] - w[1]*q[1])/2;
     double drill[3] = {0, 0, is("torsional friction") ? -1e-3*m*g*R*(w[2] > 0 ? 1 : -1) : 0}, s[3];
-    for (int i = 0; i < 3 && is("damped momentum"); i++) drill[i] = -0.02*L[i];
+    for (int i = 0; i < 3 && (drag || is("damped momentum")); i++) drill[i] = -0.02*L[i];
     inverse_inertia(k, drill, s);
     for (int i = 0; i < 3; i++) {
-        d[4+i] = turn[i] + n*unit[i] + s[i]; d[7+i] = v[i]; d[10+i] = n*per[i]/m;
+        d[4+i] = turn[i] + n*unit[i] + s[i]; d[7+i] = v[i]; d[10+i] = n*per[i]/m - drag*v[i];
     }
     d[12] -= g;
 }

@@ -36,11 +36,12 @@ NUMBERS = {
     "mu a tenth more": "mu is 1.100 times the scene's",
     "torsional friction": "about the vertical, as torsional friction is",
 }
-NUMBERS["damped momentum"] = "the angular momentum is damped at 0.02 1/s"
+NUMBERS["damped momentum"] = "parameter: the angular momentum is damped at 0.02 1/s"
+NUMBERS["damped motion"] = "the velocity and the angular momentum are damped at 0.02 1/s"
 # Entries of the tables that I1 and the gyroscopic term stand in.
 ALIKE = (
     "I3 a hundredth more", "alpha a hundredth more", "mass a tenth more", "gravity is 9",
-    "torsional friction", "damped momentum",
+    "torsional friction", "damped momentum", "damped motion",
 )  # fmt: skip
 
 
@@ -64,6 +65,7 @@ def test_the_number_is_named(engine: Engine, fault: str, hertz: int) -> None:
         ("mass a tenth more", "m", 0.1),
         ("gravity is 9", "g", 9 / 9.82 - 1),
         ("damped momentum", "damping", 0.02),
+        ("damped motion", "drag", 0.02),
     ],
 )
 def test_what_changes_with_a_number_is_fitted(
@@ -130,6 +132,15 @@ def test_the_torque_is_held_in_the_unit_of_the_scene(
     body = tt.load_scene("reference").body.numbers(float)
     given = Given(numpy.arange(9.0), *numpy.zeros((3, 4, 9)))
     assert bool(number(body, given, {})) == named
+
+
+def test_velocities_of_half_a_row_before_are_named(engine: Engine) -> None:
+    """As a leapfrog integrator writes them."""
+    fine = engine(1000, 0.2)
+    rows = fine[2::2].reset_index(drop=True)
+    names = ["wx", "wy", "wz", "vcx", "vcy", "vcz"]
+    rows[names] = fine[1::2][names].to_numpy()[: len(rows)]
+    assert causes(rows) == "clock: the velocities are 0.5 rows late"
 
 
 TERMS = {

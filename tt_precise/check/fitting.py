@@ -75,6 +75,11 @@ def _term(name: str) -> Change:
     return lambda motion, p: motion._replace(terms=motion.terms._replace(**{name: p}))
 
 
+def _drag(motion: TrialMotion, p: float) -> TrialMotion:
+    """Damp both velocities alike, as Bullet and Jolt do by default: none damps v alone."""
+    return motion._replace(terms=motion.terms._replace(damping=p, drag=p))
+
+
 def _clock(motion: TrialMotion, p: float) -> TrialMotion:
     return motion._replace(given=motion.given._replace(t=(1 + p) * motion.given.t))
 
@@ -112,6 +117,7 @@ NUMBERS: dict[str, Change] = {
     FROM_CENTRE: _alpha,
     "clock": _clock,
     **{name: _term(name) for name in Terms._fields},
+    "drag": _drag,
     "late": _late,
 }
 
@@ -125,7 +131,7 @@ def in_words(name: str, p: float) -> Cause:
         return Cause("clock", f"the velocities are {abs(p):.2g} rows {late}")
     texts = {
         "damping": f"the angular momentum is damped at {p:.3g} 1/s",
-        "drag": f"the velocity is damped at {p:.3g} 1/s",
+        "drag": f"the velocity and the angular momentum are damped at {p:.3g} 1/s",
         "torsion": f"a torque of {p:.3g} m g R alpha about the vertical, as torsional friction is",
         "gyroscopic": "no gyroscopic term"
         if abs(p - 1) < 0.02
