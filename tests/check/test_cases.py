@@ -97,6 +97,7 @@ def test_a_file_of_six_decimals_is_open_and_says_so() -> None:
     assert (found.verdict, found.failures) == ("incomplete", ())
     assert found.written == "kx ky kz Lx Ly Lz vx vy: 6 decimals"
     assert "the file has too few digits" in found.heading
+    assert [cause.kind for cause in found.causes] == ["precision"]
     few = check(CASES / "six_significant_digits/top.csv", "reference")
     assert "6 significant digits" in few.written
     assert "t: 32-bit floats" in check(CASES / "t_in_float32/top.csv", "reference").written

@@ -14,7 +14,7 @@ from tests.check.test_cases import CASES
 from tests.check.test_force_free import POSE
 from tests.conftest import more, of_each_kind
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
-from tt_precise.check.explain import FailedFile
+from tt_precise.check.explain import FailedFile, _precision
 from tt_precise.check.sources import open_source
 from tt_precise.golden import store
 from tt_precise.runtime.values import Check, Verdict
@@ -230,6 +230,72 @@ def test_another_body_is_named(
     rows = healthy("reference", 201, 2)
     given = rigid_body(rows) if columns == "rigid body" else rows
     assert causes(given, tt.load_scene("reference").varied(**changed)) == cause
+
+
+@pytest.mark.parametrize(
+    ("changed", "cause"),
+    [
+        ({"omega_3": "155.155"}, "start: omega starts at 1.00100 times the scene's"),
+        ({"omega_3": "155.155", "mu": "0.33"}, "parameter: mu is 1.100 times the scene's"),
+        ({"omega_3": "155.155", "theta": "0.101"}, ""),
+    ],
+)
+def test_another_spin_at_the_start_is_named_alone(changed: dict[str, str], cause: str) -> None:
+    scene = tt.load_scene("reference").varied(until="0.3", **changed)
+    assert causes(tt.integrate(scene).frame(*VECTORS[1:])) == cause
+
+
+ROUNDED = (
+    "precision: the numbers are rounded (kx ky kz Lx Ly Lz vx vy: {} decimals): write 17 digits"
+)
+
+
+@pytest.mark.parametrize(
+    ("hertz", "decimals", "unit", "changed", "cause"),
+    [
+        (500, 5, 1, {}, ROUNDED.format(5)),
+        more(500, 6, 1, {}, ROUNDED.format(6)),
+        # what has a bound that contains the rounding fails for another reason
+        (500, 9, 1, {"mu": "0.33"}, "parameter: mu is 1.10 times the scene's"),
+        more(500, 6, 1, {"I3": "0.48"}, ""),
+        # and what is open for the spacing of the rows is open for another reason
+        more(500, 9, 1000, {}, "convention: the time is in ms"),
+        (5, 9, 1, {}, ""),
+    ],
+)
+def test_rounding_is_named_where_it_alone_is_in_the_way(
+    hertz: int, decimals: int, unit: int, changed: dict[str, str], cause: str
+) -> None:
+    until = "1" if hertz == 500 else "2"
+    scene = tt.load_scene("reference").varied(until=until, sample_every=f"1/{hertz}", **changed)
+    frame = scaled(tt.integrate(scene).frame(*VECTORS[1:]), unit, "t")
+    frame[VECTORS[1:]] = frame[VECTORS[1:]].round(decimals)
+    assert causes(frame, friction="other" if hertz == 5 else "scene") == cause
+
+
+def test_a_length_that_no_rounding_explains_is_not_rounded(healthy: Healthy) -> None:
+    rows = healthy("reference", 201, 0.4)[VECTORS].round(9)
+    rows[["kx", "ky", "kz"]] *= 1 + 1e-5
+    assert "precision" not in causes(rows.round(9))
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict", "named"),
+    [
+        ("axis_norm", "fail", True), ("jellett", "fail", False),
+        ("equations", "open", True), ("start", "open", False),
+    ],
+)  # fmt: skip
+def test_only_a_check_without_the_rounding_in_its_bound_or_a_deciding_one_suffers_from_it(
+    healthy: Healthy, name: str, verdict: Verdict, named: bool
+) -> None:
+    rows = healthy("reference", 101, 1)[VECTORS].round(5)
+    setup = CheckSetup(tt.load_scene("reference"), COLUMN_SETS["vectors"], True)
+    samples = setup.samples(open_source(rows).load(("t", *setup.columns.names)))
+    seen = [Check("equations", "pass", 0.0)]
+    found = [Check(name, verdict, 1e-6)]
+    file = FailedFile(samples, found, lambda _: seen, {}, lambda t: None)
+    assert bool([*_precision(file)]) == named
 
 
 def test_a_row_without_a_quaternion_is_named(healthy: Healthy, rigid_body: Healthy) -> None:
