@@ -135,7 +135,7 @@ def test_the_torque_is_held_in_the_unit_of_the_scene(
 
 
 def test_velocities_of_half_a_row_before_are_named(engine: Engine) -> None:
-    """As a leapfrog integrator writes them."""
+    """A leapfrog integrator writes such rows."""
     fine = engine(1000, 0.2)
     rows = fine[2::2].reset_index(drop=True)
     names = ["wx", "wy", "wz", "vcx", "vcy", "vcz"]
