@@ -48,6 +48,14 @@ def test_every_file_that_a_recipe_names_exists() -> None:
     assert re.findall(r"`\w+\.py`", RECIPES) == []  # paths are whole
 
 
+def test_every_name_that_a_recipe_says_to_be_in_a_file_is_there() -> None:
+    said = re.findall(r"`(\w+)` of\s+`([\w/]+\.py)`", RECIPES)
+    assert len(said) > 8
+    lost = [(name, file) for name, file in said
+            if not re.search(rf"\b{name}\b", (ROOT / file).read_text("utf-8"))]  # fmt: skip
+    assert lost == []
+
+
 def test_a_scene(said: Said, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = tt.load_scene("reference").text.replace('"155"', '"120"')
     (tmp_path / "invented.toml").write_text(text, "utf-8")
