@@ -394,7 +394,7 @@ def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Grounds:
     """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time."""
     checks: dict[str, Part] = {}
     for phi_dot in PRECESSIONS:
-        away = _distances(Run(_with_the_same_lambda(phi_dot)))
+        away = _distances(Run(with_the_same_lambda(phi_dot)))
         if away:
             parts = [_falling(away[name]) for name in ("D", "E_tilde")]
             checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = statement(
@@ -403,7 +403,7 @@ def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Grounds:
                 ", ".join(part.measured for part in parts),
             )
     for phi_dot in pasts:
-        begin = past(_with_the_same_lambda(phi_dot))
+        begin = past(with_the_same_lambda(phi_dot))
         checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = statement(
             not begin.contact_lost,
             "D -> D0, E~ -> E~0",
@@ -446,7 +446,7 @@ def _falling(away: list[float]) -> Part:
     return statement(holds, "tends to its limit", f"distances {shown}")
 
 
-def _with_the_same_lambda(phi_dot: str) -> Scene:
+def with_the_same_lambda(phi_dot: str) -> Scene:
     """The reference start with another phi_dot and the omega_3 that keeps lambda."""
     scene = REFERENCE.loaded
     fn = own_context(40)

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from functools import cache, partial
+from functools import partial
 from itertools import pairwise
 
 import pandas
-import sympy
 from msgspec.structs import replace
-from scipy.optimize import minimize
 
 from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence.formulas import chart, quantity
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
 from tt_precise.claims.evidence.sweeps import (
     ALONE,
@@ -31,6 +30,7 @@ from tt_precise.claims.evidence.sweeps import (
     width,
 )
 from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.rauch_rutstam.section1_theorem import with_the_same_lambda
 from tt_precise.claims.verdicts import (
     Grounds,
     Part,
@@ -38,10 +38,10 @@ from tt_precise.claims.verdicts import (
     statement,
     statements,
 )
-from tt_precise.mechanics.euler import EulerState, vectors_from_euler
-from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.quantities import E, Motion, jellett
-from tt_precise.runtime.values import Scalar
+from tt_precise.mechanics.euler import EulerState
+from tt_precise.mechanics.quantities import E, E_pot, jellett
+from tt_precise.runtime.values import Arithmetic
+from tt_precise.scene.initial_state import InitialState
 
 claim = claims_of(RAUCH_RUTSTAM, "2.2")
 ABC = ("A", "B", "C")
@@ -588,22 +588,21 @@ def _smooth_rows(theta: str) -> pandas.DataFrame:
 )  # fmt: skip
 def longest_where_energy_is_least(close: str = CLOSE) -> Grounds:
     """The energy is close to its minimum where the synchronisation phase is longest."""
-    least = least_energy()
+    where, least = least_energy()
     peak = starts("phi_dot near the peak", "held")
     longest = float(greatest(peak, "t_init_A")["phi_dot"])
     there = statement(
-        abs(least["phi_dot"] - longest) <= 5,
+        abs(where - longest) <= 5,
         "related",
-        f"t_init is longest at {short(longest)} rad/s, the energy least at "
-        f"{short(least['phi_dot'])} rad/s",
+        f"t_init is longest at {short(longest)} rad/s, the energy least at {short(where)} rad/s",
     )
     return (
         {
-            "the energy is close to its minimum": closeness(close, least["E"]),
+            "the energy is close to its minimum": closeness(close, least),
             "the energy is least there": there,
         },
-        f"At fixed lambda it is {short(_energy({'phi_dot': 0.0}))} J at phi_dot(0) = 0 and "
-        f"{short(_energy({'phi_dot': 200.0}))} J at 200 rad/s, where there is no "
+        f"At fixed lambda it is {short(_energy('0'))} J at phi_dot(0) = 0 and "
+        f"{short(_energy('200'))} J at 200 rad/s, where there is no "
         "synchronisation phase: closeness to the minimum does not make the phase long.",
     )
 
@@ -615,12 +614,9 @@ def longest_where_energy_is_least(close: str = CLOSE) -> Grounds:
 )  # fmt: skip
 def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -> Grounds:
     """lambda does not depend on theta_dot, nu_x and nu_y."""
-    body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
-    state = EulerState(*sympy.symbols(" ".join(EulerState._fields), real=True))
-    lambda_ = jellett(Motion(body, vectors_from_euler(body, state, sympy), sympy))
 
     def check(name: str) -> Part:
-        slope = sympy.simplify(sympy.diff(lambda_, getattr(state, name)))
+        slope = quantity("lambda").diff(chart().symbol[name])
         return statement(slope == 0, "0", str(slope), proved=True)
 
     return (
@@ -631,7 +627,7 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
 
 def closeness(close: str, least: float) -> Part:
     """Test for a reference energy at most the fraction ``close`` above ``least``."""
-    energy = _energy({"phi_dot": 0.0})
+    energy = _energy("0")
     above = energy / least - 1
     return statement(
         above <= float(close),
@@ -640,46 +636,22 @@ def closeness(close: str, least: float) -> Part:
     )
 
 
-def reference_body() -> Parameters:
-    """The toy in double, in SI."""
-    return variant("reference").body.numbers(float)
+def _energy(phi_dot: str) -> float:
+    """E (J) of the reference start with another phi_dot and the omega_3 that keeps lambda."""
+    start = InitialState.in_si(with_the_same_lambda(phi_dot), Arithmetic(math, float))
+    return float(E(start.motion(math)))
 
 
-def _motion(start: dict[str, float]) -> Motion:
-    known = variant("reference").start
-    values = {name: float(getattr(known, name)) for name in EulerState._fields if name != "theta"}
-    values |= {"theta": known.theta.radians(math, float), **start}
-    body = reference_body()
-    return Motion(body, vectors_from_euler(body, EulerState(**values), math), math)
+def least_energy() -> tuple[float, float]:
+    """phi_dot (rad/s) and E (J) at the least E for the reference's theta(0) and lambda.
 
-
-@cache
-def reference_lambda() -> float:
-    """lambda of the reference start in double."""
-    return float(jellett(_motion({})))
-
-
-def _energy(start: dict[str, float]) -> float:
-    """The energy of a start whose omega_3 gives it the reference's lambda."""
-    # lambda is linear in omega_3
-    without = float(jellett(_motion({**start, "omega_3": 0.0})))
-    each = float(jellett(_motion({**start, "omega_3": 1.0}))) - without
-    return float(E(_motion({**start, "omega_3": (reference_lambda() - without) / each})))
-
-
-@cache
-def least_energy() -> dict[str, float]:
-    """The least energy among starts with the reference's theta(0) and lambda, and where it is."""
-    names, scales = ("phi_dot", "theta_dot", "nu_x", "nu_y"), (100.0, 1.0, 0.1, 0.1)
-
-    def energy(x: Scalar) -> float:
-        return 100 * _energy(
-            {n: unit * x for n, unit, x in zip(names, scales, x.tolist(), strict=True)}
-        )
-
-    # a quadratic form in four variables, so any start leads to its one minimum
-    minimum = minimize(energy, [0.0] * 4, tol=1e-12)
-    return {
-        "E": float(minimum.fun) / 100,
-        **{name: unit * float(x) for name, unit, x in zip(names, scales, minimum.x, strict=True)},
-    }
+    The centre of mass is at rest there. What is left, I1 sin^2 phi_dot^2/2 + I3 omega_3^2/2, is
+    least at this lambda = R (I1 sin^2 phi_dot - I3 omega_3 u), u = alpha - cos, where
+    omega_3 = -u phi_dot.
+    """
+    start = InitialState.in_si(REFERENCE.loaded, Arithmetic(math, float))
+    q, body = start.motion(math), start.body
+    u, s = body.alpha - q.state.kz, q.state.kx
+    per_R = float(jellett(q)) / body.R
+    phi_dot = per_R / (body.I1 * s * s + body.I3 * u * u)
+    return phi_dot, float(per_R * phi_dot / 2 + E_pot(q))

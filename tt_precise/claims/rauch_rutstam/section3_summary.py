@@ -36,8 +36,6 @@ from tt_precise.claims.rauch_rutstam.section22_sweeps import (
     closeness,
     inverting,
     least_energy,
-    reference_body,
-    reference_lambda,
 )
 from tt_precise.claims.verdicts import (
     Grounds,
@@ -47,7 +45,7 @@ from tt_precise.claims.verdicts import (
     statement,
     statements,
 )
-from tt_precise.mechanics import euler, thresholds
+from tt_precise.mechanics import euler
 from tt_precise.mechanics.vectors import cross, dot
 
 claim = claims_of(RAUCH_RUTSTAM, "3")
@@ -279,10 +277,10 @@ def amplitudes_increase(usually: str = "0.5") -> Grounds:
 )
 def energy_close_to_least_energy(close: str = CLOSE) -> Grounds:
     """The energy of the reference solution is close to the least energy with its lambda."""
-    body = reference_body()
-    inverted = float(thresholds.E1(body, reference_lambda()))
+    _, least = least_energy()
+    inverted = float(REFERENCE.thresholds.quantities["E1"].value)
     parts = {
-        "among starts with theta(0) = 0.1": closeness(close, least_energy()["E"]),
+        "among starts with theta(0) = 0.1": closeness(close, least),
         "among all states": closeness(close, inverted),
     }
     return parts, "The inverted spin, in which the top ends, has the least energy with this lambda."
