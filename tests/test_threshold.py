@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import replace
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -26,7 +27,7 @@ def test_a_known_threshold_is_bisected_to_the_digits() -> None:
     assert below.value < exact <= above.value <= below.value + relative
     exact = Fraction(0)
     below, above = bisected(answer(Fraction(-1)), answer(Fraction(1)), relative, answer)
-    assert below.value < exact <= above.value < relative
+    assert below.value < exact <= above.value <= below.value + 2 * relative**2
     assert decimal(Fraction(2, 3), 20) == "0.66666666666666666667"
     assert [decimal(Fraction(x), 6) for x in ("50", "1e-9", "-1/3")] == ["50", "1E-9", "-0.333333"]
 
@@ -77,6 +78,14 @@ def test_no_and_yes_everywhere_are_said(said: Said, printed: Printed) -> None:
         "from the low end: inverts at 2, then does not invert at 1, then inverts at 2"
     )
     assert both.by_theorem is None
+    other_way = find("reference", "omega_3", "-200:0", until="0.01", points=2)
+    assert (other_way.verdicts, other_way.by_theorem) == (("inverts", "does_not_invert"), None)
+    slow = tt.load_scene("reference").varied(omega_3=50)
+    silent = find(slow, "mu", "0:0.1", until="0.01", points=2)
+    assert (silent.verdicts, silent.by_theorem) == (("says_nothing", "does_not_invert"), None)
+    low = find("reference", "omega_3", "55:90", until=8, points=2)
+    assert low.by_theorem is not None
+    assert "of it" not in repr(low)  # the value is an end of the range
     low = find("reference", "omega_3", "100:120", until=8, points=2)
     assert (low.below, low.changes) == (None, ())
     assert "already at the low end of the range, omega_3 = 100 rad/s: passed" in "\n".join(
@@ -100,6 +109,8 @@ def test_every_change_of_the_answer_is_named() -> None:
     assert "between 160 and 180 rad/s the answer changes to no: " in text
     assert repr(found) == text
     assert text.count("the answer changes") == 1  # the other change is what is found
+    assert repr(replace(found, below=None)).count("the answer changes") == 2
+    assert (found.answer_digits, replace(found, digits=20).answer_digits) == (17, 21)
     third = Answer(Fraction(500, 3), False, "fell", 1.0)
     seen = replace(found, changes=(*found.changes, (third, third)))
     assert "between 166.66666666666667 and 166.66666666666667 rad/s" in repr(seen)
@@ -142,6 +153,28 @@ def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
 def test_contact_is_a_goal(scene: str, name: str, ends: str, goal: str, text: str) -> None:
     found = find(scene, name, ends, goal=goal, digits=3, points=2)  # type: ignore[arg-type]
     assert text in "\n".join(threshold.lines(found))
+    assert "just before the horizon" not in repr(found)
+
+
+def test_doubles_answer_as_far_as_they_know(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Up to a trillionth beside the threshold their answer is wrong."""
+    exact = Fraction(200, 3)
+
+    def answer(self: Any, value: Fraction, precision: str, tolerance: float) -> Answer:
+        wrong = exact / 10**12 if precision == "double" else 0
+        return Answer(value, value >= exact + wrong, "", None)
+
+    monkeypatch.setattr(threshold._Search, "_answer", answer)
+    found = find("reference", "omega_3", "40:90", digits=14, points=2)
+    assert found.confirmed
+    assert found.above is not None
+    assert 0 <= found.above.value - exact <= exact / 10**14
+
+
+def test_the_passage_is_the_first_one_downwards() -> None:
+    table = {"name": ["theta_max", "equator", "equator"], "t": [1, 2, 3], "direction": [-1, 1, -1]}
+    run: Any = SimpleNamespace(event_table=lambda names: table)
+    assert threshold.crossing(run) == 3
 
 
 @pytest.mark.parametrize("low", [40, 80])

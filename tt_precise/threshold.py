@@ -281,7 +281,7 @@ class _Search:
             return Answer(value, bool(verdict.inverts), verdict.verdict, None)
 
         below, above = says(low), says(high)
-        if below.yes or not above.yes:
+        if not above.yes:
             return None
         below, above = bisected(below, above, Fraction(1, 10 ** (digits + 1)), says)
         return None if below.value == low else above.value
