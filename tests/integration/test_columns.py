@@ -7,6 +7,7 @@ import pytest
 
 from tt_precise.check import conservation
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.reading import end_state, with_quadratures
 from tt_precise.mechanics.pose import Pose
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
@@ -62,10 +63,11 @@ def test_in_double_and_in_quad_alike(
 
 def test_what_was_recorded_is_used_and_else_integrated_once(half: Scene) -> None:
     recorded = integrate(half, record="phi, psi,x,y")
-    assert recorded.with_quadratures is recorded
+    assert with_quadratures(recorded.run) is recorded.run
     bare = integrate(half)
-    assert bare.with_quadratures is bare.with_quadratures is not bare
-    assert bare.with_quadratures.state.theta == pytest.approx(bare.state.theta, abs=1e-14)
+    whole = with_quadratures(bare.run)
+    assert with_quadratures(bare.run) is whole is not bare.run
+    assert end_state(whole).theta == pytest.approx(bare.state.theta, abs=1e-14)
 
 
 def test_no_pose_where_the_axis_is_exactly_vertical(toppling: Scene) -> None:
@@ -78,8 +80,8 @@ def test_the_pose_of_a_run_that_ends_before_its_quadratures_do() -> None:
     """Contact is lost, in the run that records them, 7e-8 s before."""
     run = integrate("contact-lost", tolerance=1e-6)
     table = run.frame(pose=True)
-    assert run.with_quadratures.t_end < run.t_end == table["t"].iloc[-1]
-    whole = run.with_quadratures
+    whole = Trajectory(with_quadratures(run.run))
+    assert whole.t_end < run.t_end == table["t"].iloc[-1]
     assert table["qw"].iloc[-1] == whole.frame("qw", times=[whole.t_end])["qw"].iloc[0]
 
 

@@ -34,7 +34,6 @@ from tt_precise.integration.reading import (
     is_drift,
     rows,
     states,
-    with_quadratures,
 )
 from tt_precise.integration.setup import Events, Setup, asked_for
 from tt_precise.integration.solution import PhaseInterval, Solution, solve
@@ -338,17 +337,6 @@ class Trajectory(Hints):
 
     def _errors_against(self, others: Sequence[Trajectory]) -> Errors:
         return Errors(self.run, [other.run for other in others]) if others else self.errors
-
-    @cached_property
-    def with_quadratures(self) -> Trajectory:
-        """The run with phi, psi, x and y recorded; integrated again if necessary.
-
-        Raises ``InputError``: the axis is exactly vertical at some time.
-        """
-        return self._of(with_quadratures(self.run))
-
-    def _of(self, run: Solution) -> Trajectory:
-        return self if run is self.run else Trajectory(run)
 
     @cached_property
     def events(self) -> pandas.DataFrame:
