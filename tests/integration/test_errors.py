@@ -275,6 +275,10 @@ def test_a_reference_that_ends_before_leaves_no_digits(rough_run: Trajectory, sh
     assert (found["digits"][beyond] == 0).all()
     assert (found["digits"][~beyond] > 3).all()
     assert 0 < beyond.sum() < len(found)
+    table = rough_run.error_over_time("theta", beside=[early])
+    assert (numpy.isinf(table["theta"]) == (table["t"] > 0.05)).all()
+    assert ((table["digits"] == 0) == (table["t"] > 0.05)).all()
+    assert table["t"].iloc[-1] > 0.05
 
 
 def test_errors_of_events_in_mpmath_too(short: Scene) -> None:

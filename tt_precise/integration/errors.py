@@ -304,9 +304,8 @@ class Errors:
         for name in names:
             apart = numpy.full(len(times), math.inf)
             apart[inner] = distances[name]
-            if reference.status == self._run.status:
-                rest = math.nan if arrived else self.at_end.get(str(name), math.nan)
-                apart[~inner] = float(rest)
+            if reference.status == self._run.status and not arrived:
+                apart[~inner] = float(self.at_end.get(str(name), math.nan))
             distances[name] = apart
         return distances
 
