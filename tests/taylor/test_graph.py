@@ -6,11 +6,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import mpmath
-import pytest
 
 from tt_precise.mechanics.formulations import integration_form
 from tt_precise.mechanics.laws import law_named
-from tt_precise.runtime.values import InputError
 from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbers
 
 
@@ -88,11 +86,3 @@ def test_a_sum_is_what_its_terms_are() -> None:
     fractions = SimpleNamespace(mpf=Fraction)
     constant = numbers(constants_of(in_order(graph, [traced])), [parameter], fractions)
     assert value(traced) == polynomial(*point, parameter)
-
-
-def test_what_needs_an_arc_tangent_is_refused() -> None:
-    graph = Graph(2, 0)
-    angle = graph.atan2(*graph.components)
-    assert in_order(graph, graph.components) == graph.components  # it is there, and not needed
-    with pytest.raises(InputError, match="theta_min"):
-        in_order(graph, [angle + 1])

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from functools import partial
 from typing import Any
 
 import numpy
@@ -18,7 +17,6 @@ from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.values import Json
 from tt_precise.scene.scene import Scene
 from tt_precise.sweeps.alone import row_of
-from tt_precise.taylor.graph import ArcTangentError
 
 ONE_IN = 1000
 FINE, WHERE_REFUSED = "double-double", "quad"
@@ -37,11 +35,8 @@ def recomputed(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
 
     Without steps and drift, which an arithmetic has of its own. Only for contact "unilateral".
     """
-    fine = partial(row_of, scene, record, tolerance=TOLERANCE)
-    try:
-        row = fine(precision=WHERE_REFUSED if refused_in_doubles(scene) else FINE)
-    except ArcTangentError:  # of an event's function
-        row = fine(precision=WHERE_REFUSED)
+    precision = WHERE_REFUSED if refused_in_doubles(scene) else FINE
+    row = row_of(scene, record, precision=precision, tolerance=TOLERANCE)
     return {name: value for name, value in row.items() if name not in ("steps", "jellett_drift")}
 
 

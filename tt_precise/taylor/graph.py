@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from tt_precise.runtime.values import Functions, InputError, Ring, Scalar
-from tt_precise.taylor.series import powered
+from tt_precise.runtime.values import Functions, Ring, Scalar
 
 
 class Operand(Ring):
@@ -37,9 +36,6 @@ class Operand(Ring):
 
     def __rtruediv__(self, other: Scalar) -> Scalar:
         return self.graph.divided(other, self)
-
-    def __pow__(self, power: int) -> Scalar:
-        return powered(self, power)
 
 
 class Constant(Operand):
@@ -214,10 +210,6 @@ class Graph:
         """The cosine, likewise."""
         return self._sine_cosine(angle)[1]
 
-    def atan2(self, y: Scalar, x: Scalar) -> Traced:
-        """An unusable angle: ``in_order`` refuses a graph that needs it."""
-        return self.series("angle", y, x)
-
     def _sine_cosine(self, angle: Traced) -> tuple[Traced, Traced]:
         if angle not in self.turning:
             first = len(self.components)
@@ -250,24 +242,12 @@ class Graph:
         return extended
 
 
-class ArcTangentError(InputError):
-    """A function that needs an arc tangent, whose series are not computed here."""
-
-
 def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
-    """The series ``wanted`` and all their operands, operands first.
-
-    Raises ``ArcTangentError``: a series is an angle.
-    """
+    """The series ``wanted`` and all their operands, operands first."""
     reached: set[Traced] = set()
     left = [name for name in wanted if isinstance(name, Traced)]
     while left:
         node = left.pop()
-        if node.kind == "angle":
-            raise ArcTangentError(
-                "event: got an event of theta in double-double or triple-double, expected one that "
-                "needs no arc tangent, such as theta_min and theta_max, or precision quad or mp"
-            )
         if node not in reached:
             reached.add(node)
             left += node.operands
