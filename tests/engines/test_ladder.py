@@ -69,6 +69,17 @@ def test_a_floor_is_seen_below_the_step_error_of_the_coarse_runs(flight: LadderT
     assert found.floor == pytest.approx(1e-3 * 3**0.5, rel=1e-2)
 
 
+def test_an_order_that_a_blown_up_coarse_run_shows_is_not_believed(flight: LadderTest) -> None:
+    found = judged(flight, lambda h: 160 * h**2 + 0.1 * (h > 9e-4))
+    assert found.order > 10
+    assert found.verdict == "converges"
+    # the error of the smallest step, and what halving the step changed, with order 4
+    error, change = 1e-5 * 3**0.5, 3e-5 * 3**0.5
+    assert found.floor == pytest.approx(error - change / 15, rel=1e-3)
+    assert found.constant == pytest.approx(change / 15 / 2.5e-4**4, rel=1e-3)
+    assert found.resolved == pytest.approx(change, rel=1e-3)
+
+
 def test_a_run_that_was_no_run_is_no_pass(flight: LadderTest) -> None:
     good = off(flight, 1e-9)
     for status, verdict in (("refused", "refused"), ("stopped", "failed"), ("diverged", "failed")):
