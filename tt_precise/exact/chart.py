@@ -11,7 +11,7 @@ Groebner basis, and the ideal is prime.
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 from sympy import QQ
 from sympy.polys.fields import field
@@ -21,13 +21,6 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.runtime.values import Scalar
-
-
-class Remainder(NamedTuple):
-    """The answer whether a function vanishes, and the terms of its numerator before reduction."""
-
-    vanishes: bool
-    terms: int
 
 
 class Chart:
@@ -77,14 +70,12 @@ class Chart:
             element = numerator / denominator
         return element
 
-    def remainder(self, value: Scalar) -> Remainder:
-        """Reduce ``value`` modulo the relations.
+    def vanishes(self, value: Scalar) -> bool:
+        """Return whether ``value`` is zero on the relations.
 
-        Raises ``ZeroDivisionError``: the denominator vanishes on the relations: ``value`` is
-        undefined.
+        Raises ``ZeroDivisionError``: its denominator vanishes there.
         """
-        element = self._defined(value)
-        return Remainder(not element.numer.rem(self._relations), len(element.numer))
+        return not self._defined(value).numer.rem(self._relations)
 
     def equal(self, one: Scalar, other: Scalar) -> bool:
         """Return whether two functions agree on the relations.

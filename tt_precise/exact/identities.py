@@ -40,45 +40,22 @@ from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.mechanics.vectors import Vector, cross, dot, scaled, subtracted
 from tt_precise.runtime.values import Scalar, require_name
 
-SYMBOLIC = "symbolic"  # a polynomial reduction: for all parameters and states at once
-RATIONAL_POINTS = "rational points"  # exact evaluation at random points
 POINTS = 20
 SEED = 2012
 LARGEST = 10**6  # numerators: a false identity of degree n survives a point with odds n/LARGEST
 
 
 @dataclass(frozen=True)
-class IdentityProof:
-    """The answer whether an identity holds, and the method of the decision.
-
-    ``residuals`` is the number of expressions that must vanish, ``failed`` lists those that do not
-    (counted from 0). A symbolic proof reduced numerators of ``terms`` terms in a ``chart``; a proof
-    at rational points evaluated ``points`` points.
-    """
-
-    name: str
-    equation: str
-    statement: str
-    holds: bool
-    kind: str
-    residuals: int
-    failed: tuple[int, ...]
-    chart: str = ""
-    terms: int = 0
-    points: int = 0
-
-
-@dataclass(frozen=True)
 class Identity:
     """A statement, its place in the paper, and a function for the expressions that must vanish.
 
-    Symbolic: ``residuals`` takes a chart of the type named in its annotation. At rational points:
-    it takes a ``random.Random`` and gives exact numbers, at another point each time.
+    A symbolic one takes a ``chart`` of the type named in its annotation: its proof is a polynomial
+    reduction, for all parameters and states at once. Another takes a ``random.Random`` and gives
+    exact numbers, at another point each time.
     """
 
     name: str
     equation: str
-    kind: str
     residuals: Callable[[Any], Iterable[Scalar]]
 
     @property
@@ -88,31 +65,33 @@ class Identity:
 
     def prove(self, body: Parameters | None = None) -> IdentityProof:
         """Prove or refute the identity; a symbolic one only for the exact ``body``, if given."""
-        return self._symbolically(body) if self.kind == SYMBOLIC else self._at_points()
-
-    def _symbolically(self, body: Parameters | None) -> IdentityProof:
-        make: Callable[[Parameters | None], Chart] = get_type_hints(self.residuals)["chart"]
-        chart = make(body)
-        remainders = [chart.remainder(residual) for residual in self.residuals(chart)]
-        terms = sum(remainder.terms for remainder in remainders)
-        return self._proof(
-            [part.vanishes for part in remainders], chart=type(chart).__name__, terms=terms
-        )
-
-    def _at_points(self) -> IdentityProof:
-        draws = random.Random(SEED)
-        table = [list(self.residuals(draws)) for _ in range(POINTS)]
-        vanishing = [not any(column) for column in zip(*table, strict=True)]
-        return self._proof(vanishing, points=POINTS)
-
-    def _proof(self, vanishing: list[bool], **details: Any) -> IdentityProof:
+        make: Callable[[Parameters | None], Chart] | None
+        make = get_type_hints(self.residuals).get("chart")
+        if make is not None:
+            chart = make(body)
+            vanishing = [chart.vanishes(residual) for residual in self.residuals(chart)]
+        else:
+            draws = random.Random(SEED)
+            table = [list(self.residuals(draws)) for _ in range(POINTS)]
+            vanishing = [not any(column) for column in zip(*table, strict=True)]
         if not vanishing:
             raise ArithmeticError(f"{self.name}: no residuals, so nothing was proved")
         failed = tuple(i for i, vanishes in enumerate(vanishing) if not vanishes)
-        return IdentityProof(
-            self.name, self.equation, self.statement, not failed, self.kind,
-            len(vanishing), failed, **details,
-        )  # fmt: skip
+        return IdentityProof(self, len(vanishing), failed)
+
+
+@dataclass(frozen=True)
+class IdentityProof:
+    """The decision on an identity: how many expressions must vanish, and which do not (from 0)."""
+
+    identity: Identity
+    residuals: int
+    failed: tuple[int, ...]
+
+    @property
+    def holds(self) -> bool:
+        """True if all expressions vanish."""
+        return not self.failed
 
 
 IDENTITIES: dict[str, Identity] = {}
@@ -120,11 +99,11 @@ IDENTITIES: dict[str, Identity] = {}
 Residuals = Callable[[Any], Iterable[Scalar]]  # of a chart, or of a random.Random
 
 
-def identity(name: str, equation: str, kind: str = SYMBOLIC) -> Callable[[Residuals], Residuals]:
+def identity(name: str, equation: str) -> Callable[[Residuals], Residuals]:
     """Register a function that yields residuals; see ``Identity``."""
 
     def register(residuals: Residuals) -> Residuals:
-        IDENTITIES[name] = Identity(name, equation, kind, residuals)
+        IDENTITIES[name] = Identity(name, equation, residuals)
         return residuals
 
     return register
@@ -217,7 +196,7 @@ def _unit_axis(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
         yield chart.along(sum(k * k for k in chart.state.k), rates)
 
 
-@identity("equations turn with the frame", "(1)", RATIONAL_POINTS)
+@identity("equations turn with the frame", "(1)")
 def _symmetry(draws: random.Random) -> Iterable[Scalar]:
     """Gliding and rolling equations commute with rotations about z: azimuth 0 stands for all."""
     body = Parameters(*(positive(draws) for _ in range(7)))
@@ -448,7 +427,7 @@ def _any_force_contact_momentum(chart: ForceChart) -> Iterable[Scalar]:
     yield N - body.g + body.R * body.alpha / body.I1 * k_ddot_side - wanted
 
 
-@identity("dry friction: size, direction and loss", "section 1", RATIONAL_POINTS)
+@identity("dry friction: size, direction and loss", "section 1")
 def _dry_laws(draws: random.Random) -> Iterable[Scalar]:
     """F_f opposes v_A; |F_f| sqrt(v^2 + epsilon^2) = mu g_n v; dE/dt = -|F_f| v."""
     for body, state, speed in _dry_states(draws):
@@ -461,7 +440,7 @@ def _dry_laws(draws: random.Random) -> Iterable[Scalar]:
         yield quantities.E_dot(q) + size * speed
 
 
-@identity("Coulomb's law in polar form", "(1)", RATIONAL_POINTS)
+@identity("Coulomb's law in polar form", "(1)")
 def _polar(draws: random.Random) -> Iterable[Scalar]:
     """The rates along tau are v times those along t, with v_A = v e; |e| does not change."""
     _, (body, state, speed) = _dry_states(draws)
@@ -476,7 +455,7 @@ def _polar(draws: random.Random) -> Iterable[Scalar]:
     yield polar.t - speed
 
 
-@identity("rolling meets gliding at the cone", "(1), v_A = 0", RATIONAL_POINTS)
+@identity("rolling meets gliding at the cone", "(1), v_A = 0")
 def _cone(draws: random.Random) -> Iterable[Scalar]:
     """With e = -F_f/(mu F_z) of rolling Coulomb's law has v_A_dot = 0; |e| = 1 on the cone."""
     _, (body, state, _) = _dry_states(draws)

@@ -134,7 +134,7 @@ def prove_identity(identity: str) -> Part:
     """A statement about the mechanics that ``exact.identities`` proves."""
     proof = prove(identity)
     outcome = "proved" if proof.holds else f"fails in {len(proof.failed)} of {proof.residuals}"
-    return statement(proof.holds, "", f"{proof.statement} ({outcome})", proved=True)
+    return statement(proof.holds, "", f"{proof.identity.statement} ({outcome})", proved=True)
 
 
 def at_point(element: Scalar) -> Fraction:

@@ -91,7 +91,7 @@ def equivalent_form(factor: str = DETERMINANT) -> Grounds:
     known = equal(factor, determinant)
     theta_dot = symbols.symbol["theta_dot"].numer
     at_turns = symbols.field(determinant.numer.subs(theta_dot, 0))
-    regular = not symbols.remainder(at_turns).vanishes
+    regular = not symbols.vanishes(at_turns)
     parts = {
         "where theta_dot is not zero": (
             bool(known.holds), f"determinant theta_dot times a positive factor: {known.measured}"
