@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy
 import pytest
@@ -79,6 +80,17 @@ def test_a_scene_in_pieces_and_a_slow_method_are_left_out_with_a_sentence(
         "tt_precise from 20 digits on", "SciPy DOP853 from 0.001 on", "SciPy LSODA from 0.001 on"
     ]  # fmt: skip
     assert slow.left_out[-1].endswith("beyond 0 s; --seconds S allows more, --until T is shorter")
+
+
+def test_a_method_that_gives_up_is_left_out_with_its_reason(
+    short: tt.Scene, truth: Truth, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given_up = SimpleNamespace(status=-1, message="the step is too small")
+    monkeypatch.setattr("scipy.integrate.solve_ivp", lambda *_, **__: given_up)
+    left_out: list[str] = []
+    assert list(measure._peer_rows(short, "DOP853", truth, 1e6, left_out.append)) == []
+    assert left_out[0] == "SciPy DOP853 at 0.001: the step is too small"
+    assert len(left_out) == len(measure.TOLERANCES)
 
 
 def row(method: str, digits: float, seconds: float) -> Row:
