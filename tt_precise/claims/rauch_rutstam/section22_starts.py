@@ -35,7 +35,7 @@ PHI_DOTS = tuple(str(195 + half / 2) for half in range(11))
 SMOOTH_STARTS = "phi_dot(0) from 195 to 200 rad/s in steps of 0.5"
 # Distance from pi in rad, within which the oscillation at the end of the climb sets in.
 TO_THE_POLE = 0.2
-SECANTS = 6  # More are not needed on a nearly straight function.
+SECANTS = 6  # Most steps of the secant method; the function is nearly straight.
 AT_ONCE = 0.05  # Tolerance in rad of where monotony begins.
 VISIBLE = 1e-3  # Smallest visible fall in rad, a third of a promille of a graph's height.
 
