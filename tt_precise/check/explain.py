@@ -590,7 +590,7 @@ def _rows(file: FailedFile) -> Candidates:
         return
     rows, findings = file.rows, file.findings
     count, first = len(rows.t), int(numpy.searchsorted(rows.t, min(file.since)))
-    if not 1 < first < count - 1:
+    if not 0 < first < count - 1:
         return
     t = rows.t[first]
     everything = numpy.arange(count)
@@ -616,7 +616,7 @@ def _rows(file: FailedFile) -> Candidates:
     near = max(first - NEIGHBOURS, 0), first + NEIGHBOURS
     if passes(0, *near):  # an error that grows is at no row
         return
-    before = first >= NEIGHBOURS and passes(0, near[0], first) and passes(0, 0, first, looked=True)
+    before = first >= NEIGHBOURS and passes(0, 0, first, looked=True)
     # what is barely seen may be an error of all rows
     seen = any(
         (one.value or 0.0) > OUTSTANDING * max(one.limit or 0.0, one.bound or 0.0)
@@ -627,9 +627,9 @@ def _rows(file: FailedFile) -> Candidates:
         if before:
             yield _one("rows", f"from t = {t:.6g} s on the rows do not follow")
         return
-    if before and passes(0, first, near[1]) and passes(0, first):
+    if before and passes(0, first):
         yield _one("rows", f"the motion jumps between t = {rows.t[first - 1]:.6g} and {t:.6g} s")
-    if passes(1, *near) and passes(1):
+    if passes(1):
         yield _one("rows", f"the row at t = {t:.6g} s (number {first + 1}) alone is wrong")
     if not before:
         return
