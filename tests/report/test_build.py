@@ -33,6 +33,14 @@ def test_the_commit_is_that_of_the_package_itself(
         commits.append(build.commit())
     assert commits[0].startswith("none, version ")
     assert len(commits[1]) in range(7, 13)
+    # a plus where a file of the package is not as committed
+    module = package / "module.py"
+    module.write_text("x = 1\n")
+    for words in (["add", "tt_precise"], [*identity, "commit", "-q", "-m", "More"]):
+        subprocess.run(["git", "-C", tmp_path, *words], check=True)
+    assert not build.commit().endswith("+")
+    module.write_text("x = 2\n")
+    assert build.commit().endswith("+")
 
 
 def test_the_files_of_a_report(small_report: Report, tmp_path: Path) -> None:

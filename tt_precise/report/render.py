@@ -32,8 +32,8 @@ from tt_precise.report.prose import HTML, MARKDOWN, Language
 from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
 
-GOOD = {"reproduced", "rounded", "pass", "ok", "right", "verified", "unchanged", "whole"}
-MIXED = {"partly", "ambiguous", "open", "untestable", "skipped", "misprint"}
+# The colour of a row by its verdict; the others are bad.
+COLOURS = {"reproduced": "good", "rounded": "good", "pass": "good", "open": "mixed"}
 LONGEST_ROWS = 14  # A longer table is folded.
 LONGEST_TEXT = 480  # Longest shown paragraph in characters; the rest is folded.
 BESIDE_ROWS, BESIDE_COLUMNS = 12, 4
@@ -48,10 +48,10 @@ def html(report: Report) -> str:
     """The report as one self-contained HTML file."""
     environment = _environment(escaped=True)
     filters: dict[str, Callable[..., Any]] = {
-        "prose": _marked_up(HTML.text),
-        "short": _marked_up(HTML.short),
-        "printed": lambda part: _safe(HTML.paper_side(part)),
-        "pair": lambda claim: tuple(map(_safe, _pair(claim, HTML))),
+        "prose": lambda text: Markup(HTML.text(str(text))),
+        "short": lambda text: Markup(HTML.short(str(text))),
+        "printed": lambda part: Markup(HTML.paper_side(part)),
+        "pair": lambda claim: tuple(map(Markup, _pair(claim, HTML))),
         "image": _image,
         "compact": player.compact,
     }
@@ -89,7 +89,7 @@ def _environment(*, escaped: bool) -> Environment:
         keep_trailing_newline=True,
     )
     environment.filters |= {
-        "mark": _mark,
+        "mark": lambda verdict: COLOURS.get(verdict, "bad"),
         "lead": lead,
         "rest": rest,
         "folds": folds,
@@ -179,14 +179,6 @@ def _parted(text: Text) -> tuple[Text, str]:
     return Text(shown + "." if others else shown), ". ".join(others)
 
 
-def _marked_up(render: Callable[[str], str]) -> Callable[[object], Markup]:
-    return lambda text: _safe(render(str(text)))
-
-
-def _safe(text: str) -> Markup:
-    return Markup(text)
-
-
 def names(claim: JudgedClaim, *, holding: bool) -> str:
     """The names of the parts that hold, or of the parts that fail or are open."""
     return "; ".join(
@@ -234,10 +226,3 @@ def _citation(report: Report) -> str:
 
 def _cell(text: str) -> str:
     return " ".join(text.split()).replace("|", "\\|") or " "
-
-
-def _mark(verdict: str) -> str:
-    word = verdict.split()[0].strip(",;") if verdict else ""
-    if word in GOOD:
-        return "good"
-    return "mixed" if word in MIXED else "bad"
