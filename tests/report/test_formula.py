@@ -22,6 +22,7 @@ SET = {
     "-w0 + w = w0*(1 - w/w0)": r"- w_0 + w = w_0\, \left(1 - \frac{w}{w_0}\right)",
     "-w0*(1 - w/w0)": r"- w_0\, \left(1 - \frac{w}{w_0}\right)",
     "lambda/(R*I1) >= 2.5e-6": r"\frac{\lambda}{R\, I_1} \ge 2.5\cdot 10^{-6}",
+    "sin(theta) = 0.10": r"\sin\, \theta = 0.10",
     "-(a - b)**2": r"- {\left(a - b\right)}^{2}",
     "b + a*c - c*a": r"b + a\, c - c\, a",
     "a - (b - c)": r"a - \left(b - c\right)",

@@ -13,7 +13,7 @@ from tt_precise import golden
 from tt_precise.golden import store
 from tt_precise.golden.proofs import PROOF
 from tt_precise.report.document import Figure
-from tt_precise.report.golden import golden_section
+from tt_precise.report.golden import _times, golden_section
 from tt_precise.report.golden import proof_section as section
 
 
@@ -41,6 +41,24 @@ def test_rows_hold_what_is_proved() -> None:
     assert held[1] == final[1] == "pi"
     assert float(held[2]) < float(final[2]) == 8
     assert float(held[3]) > float(final[3]) > 0
+
+
+def test_the_digits_of_a_row_are_those_of_its_worst_number() -> None:
+    exact, loose = {"middle": "0", "radius": "0"}, {"middle": "7.8", "radius": "1e-10"}
+    fine = {"middle": "3.1", "radius": "1e-20"}
+    times = {
+        "A": {"t_init": exact, "t_end": loose}, "B": {"t_init": fine, "t_end": loose}, "C": {},
+    }  # fmt: skip
+    rows = [tuple(row.values()) for row in _times("s", times)]
+    assert [row[2:] for row in rows] == [("0, exactly", "7.8", "9"), ("3.1", "7.8", "9")]
+    (table,) = tables(golden_section())
+    for name, *_, worst in table.rows:
+        files = golden.load(name).manifest["files"]
+        agreed = [
+            digits for column in files["trajectory.csv"]["columns"].values()
+            for digits in column["agreement"].values() if not isinstance(digits, str)
+        ]  # fmt: skip
+        assert worst == "all" or 0 <= min(map(float, agreed)) - int(worst) < 1
 
 
 def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) -> None:
