@@ -16,6 +16,7 @@ from tt_precise.integration import Trajectory
 from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics import friction
 from tt_precise.mechanics.quantities import Motion
+from tt_precise.nonsmooth import lifting, sticking
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
@@ -164,6 +165,25 @@ def test_at_rest_it_rolls_or_begins_to_glide() -> None:
     assert glides.pieces[0].model == "gliding"
     assert glides.frame("vx", numbers="text")["vx"][0] in ("0.0", "-0.0")
     assert float(glides.drift["jellett"]) < 1e-14
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_a_rest_from_which_gliding_is_not_determined_is_refused(
+    count: int, monkeypatch: Patch
+) -> None:
+    monkeypatch.setattr(sticking, "directions_from_rest", lambda *here: [(1, 0)] * count)
+    with pytest.raises(tt.InputError, match=f"got {count} directions in which gliding could begin"):
+        tt.integrate(scene(nu_y="0", mu="0.001", until="0.01"), events=())
+
+
+def test_more_changes_than_fit_are_refused(monkeypatch: Patch) -> None:
+    for module, name in ((sticking, NAME), (lifting, "elastic-hunt-crossley")):
+        count = len(tt.integrate(name, events=()).run.segments)
+        monkeypatch.setattr(module, "MOST_SEGMENTS", count)
+        assert tt.integrate(name, events=()).status == "complete"
+        monkeypatch.setattr(module, "MOST_SEGMENTS", count - 1)
+        with pytest.raises(tt.InputError, match=f"got more than {count - 1} changes"):
+            tt.integrate(name, events=())
 
 
 def test_plane_motion_stays_plane_after_a_rest() -> None:

@@ -26,10 +26,16 @@ KINDS = {
 }
 
 
-def test_a_run_and_the_lanes_make_the_same_row() -> None:
+@pytest.mark.parametrize(
+    ("scene", "until", "phi_dots"), [("kicked", "4", (0.0, 5.0)), ("reference", "7", (0.0, 83.0))]
+)
+def test_a_run_and_the_lanes_make_the_same_row(
+    scene: str, until: str, phi_dots: tuple[float, ...]
+) -> None:
+    """The contact point of the reference is at rest: nu_y - nu_x vanishes at the start."""
     record = (*RECORD, "nu_crossing_init", "nu_crossing_end")
-    spec = SweepSpec.of("kicked", vary={"mu": "0.3", "phi_dot": "0,5"}, until="4", record=record)
-    values = numpy.array([[0.3, 0.0], [0.3, 5.0]])
+    spec = SweepSpec.of(scene, vary={"mu": "0.3", "phi_dot": "0,5"}, until=until, record=record)
+    values = numpy.array([[0.3, phi_dot] for phi_dot in phi_dots])
     rows = compute(spec, values, 2)
     for number, (mu, phi_dot) in enumerate(values.tolist()):
         alone = row_of(spec.scene_of({"mu": mu, "phi_dot": phi_dot}), record)

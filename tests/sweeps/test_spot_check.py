@@ -44,6 +44,10 @@ def test_one_row_of_each_thousand_is_drawn() -> None:
         run_sweep(SPEC, recheck=-1)
 
 
+def refusing(*given: object) -> dict[str, Any]:
+    raise InputError("it cannot be integrated so")
+
+
 def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     spec = SweepSpec.of("reference", until="0.2", vary={"phi_dot": "90,95,100"})
     found = run_sweep(spec, recheck=1).summary["recheck"]
@@ -58,6 +62,8 @@ def test_the_spot_check_finds_what_differs(monkeypatch: pytest.MonkeyPatch) -> N
     assert spoiled["largest_difference"]["min_g_n"]["value"] > 1e-3
     assert spoiled["other_outcome"]
     assert spoiled["only_in_one"]
+    monkeypatch.setattr(spot_check, "recomputed", refusing)
+    assert set(run_sweep(spec, recheck=1).summary["recheck"]["errors"]) == {"0", "1", "2"}
 
 
 @pytest.mark.slow
@@ -95,3 +101,11 @@ def test_differences_tell_missing_values() -> None:
     row = {"outcome": "inverts", "t_init_A": 1.0, "t_end_A": numpy.nan, "t_end_B": 2.0}
     fine = {"outcome": "inverts", "t_init_A": 1.25, "t_end_A": None, "t_end_B": None}
     assert differences(row, fine) == {"t_init_A": 0.25, "t_end_B": numpy.inf}
+
+
+def test_rows_that_go_on_without_contact_have_nothing_to_be_compared_with() -> None:
+    frictions = {"mu": "0.3,3"}
+    spec = SweepSpec.of("reference", until="0.7", vary=frictions, contact="bilateral")
+    swept = run_sweep(spec, recheck=1)
+    assert [force > 0 for force in swept.rows["min_g_n"]] == [True, False]
+    assert swept.summary["recheck"]["rows"] == 1

@@ -22,7 +22,11 @@ FUNCTIONS: dict[str, Callable[[Any, Any, Any], Any]] = {
     "sine and cosine": lambda x, y, fn: fn.sin(x * y) - 2 * fn.cos(y),
     "length": lambda x, y, fn: fn.hypot(x, y) + fn.hypot(x, 2) + fn.hypot(3, 4),
     "arcs": lambda x, y, fn: fn.asin(x / (3 * y)) + fn.acos(x / (3 * y)) * y + fn.tan(x / y),
-    "angle": lambda x, y, fn: fn.atan2(x, y) + fn.atan2(x, 2) + fn.atan2(3, y),
+    "broken power": lambda x, y, fn: x**-1.5 + (x * y) ** 0.5,
+    "logarithm": lambda x, y, fn: fn.log(x * y) + fn.log(4) * fn.exp(1),
+    "distance": lambda x, y, fn: abs(x - y) * y,
+    "arc": lambda x, y, fn: fn.atan(x / y),
+    "angle": lambda x, y, fn: fn.atan2(3, 4) + fn.atan2(x, y) + fn.atan2(x, 2) + fn.atan2(3, y),
 }
 ORDER = 7
 
@@ -75,6 +79,11 @@ def test_sizes_are_those_of_the_summands() -> None:
     assert fn.sqrt(series.Sized(4.0, 8.0)).size == 2.0
     assert fn.atan2(series.Sized(1.0, 1.0), 1.0).size == 0.5
     assert fn.sqrt(9.0) == 3.0
+    array, six = numpy.array([2.0, -3.0]), series.Sized(6.0, 7.0)
+    assert (array * six).size.tolist() == [2 * (6 + 7), 3 * (6 + 7)]
+    assert (array - six).size.tolist() == [2 + 7, 3 + 7]
+    with pytest.raises(TypeError, match=r"numpy\.hypot of several numbers"):
+        numpy.hypot(six, six)  # type: ignore[call-overload]
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
