@@ -226,6 +226,14 @@ def test_the_exact_start_decides_what_happens_next_to_it(rate: str) -> None:
         assert found[name][0] == pytest.approx(expected, abs=1e-12, nan_ok=True)
 
 
+def test_a_contact_point_at_rest_is_no_crossing_of_its_velocities() -> None:
+    """From then on nu_y exceeds nu_x: with a sign at the start it would have risen through it."""
+    start = {"theta": ["1.55"], "theta_dot": ["10"], "phi_dot": ["5"], "omega_3": ["155"]}
+    record = ["t_equator", "nu_crossing_init"]
+    rows = tt.sweep("reference", vary=start, until="0.1", record=record, recheck=0)
+    assert rows[record].isna().to_numpy().tolist() == [[False, True]]
+
+
 def test_the_drift_of_lambda_has_a_trajectory_s_scale_where_lambda_is_0() -> None:
     spec = SweepSpec.of("reference", vary={"omega_3": "0", "theta_dot": "1"}, until="0.3")
     (drift,) = compute(spec, values_of(spec), LANES)["jellett_drift"]
