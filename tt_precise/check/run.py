@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial, wraps
 from pathlib import Path
 from typing import Any, NamedTuple, ParamSpec
@@ -286,37 +286,32 @@ def _vertical(block: Block) -> Array:
     return numpy.all([x == 0 for x in tilt], axis=0) if tilt else numpy.zeros(len(block), bool)
 
 
+@dataclass
 class _Examination:
     """The checks of one file, in the order of their dependence."""
 
-    def __init__(
-        self,
-        setup: CheckSetup,
-        file: _ReadTable,
-        limits: Mapping[str, float],
-        digits: float | None,
-        cutoff: float,
-        allow: Sequence[str],
-    ):
-        self._setup, self._file, self._limits = setup, file, limits
-        self._digits, self._cutoff, self._allow = digits, cutoff, allow
-        self._block, self._broken = file.usable.block, file.usable.broken
+    setup: CheckSetup
+    file: _ReadTable
+    limits: Mapping[str, float]
+    digits: float | None
+    cutoff: float
+    allow: Sequence[str]
 
     def result(self, solution: TrueSolution) -> Result:
         """Return all findings and the verdict."""
-        block, setup = self._block, self._setup
+        block, setup = self.file.usable.block, self.setup
         also = [n for n in block.values if n not in ("t", *setup.columns.names)]
-        findings = [finiteness(block, also, self._broken)]
+        findings = [finiteness(block, also, self.file.usable.broken)]
         unseen: tuple[str, ...] = ()
         causes: tuple[Cause, ...] = ()
         written = ""
         if len(block) < 2:
-            reason = f"fewer than two rows before {self._broken}"
+            reason = f"fewer than two rows before {self.file.usable.broken}"
             missed = [*(check.name for check in checks_of(setup.scene)), *FURTHER[1:]]
             findings += [Check(name, "skipped", note=reason) for name in missed]
         else:
             rows = setup.samples(block)
-            found, written = self.judge(rows), _written(self._file.whole.values["t"], rows)
+            found, written = self.judge(rows), _written(self.file.whole.values["t"], rows)
             findings += found
             findings += self._against_solution(rows, found, solution)
             unseen = self._unseen(findings)
@@ -325,12 +320,12 @@ class _Examination:
             if unseen or failed:
                 from tt_precise.check.explain import explain  # a file that passes needs none
 
-                alternatives, true = self._file.alternatives, self._true_rows(solution)
+                alternatives, true = self.file.alternatives, self._true_rows(solution)
                 causes = tuple(explain(rows, findings, self.judge, alternatives, true))
                 findings = [_by_cause(one, causes) for one in findings]
-        t_first = self._file.usable.t_first
+        t_first = self.file.usable.t_first
         return Result(
-            trajectory=self._file.where,
+            trajectory=self.file.where,
             scene=setup.scene.name,
             columns=setup.columns.name,
             rows=len(block),
@@ -344,14 +339,14 @@ class _Examination:
 
     def judge(self, rows: Samples) -> list[Check]:
         """Return the results of the checks that are made row by row."""
-        limits = self._limits
+        limits = self.limits
         return [check.result(rows, limits[check.name]) for check in checks_of(rows.setup.scene)]
 
     def _against_solution(
         self, rows: Samples, found: Sequence[Check], solution: TrueSolution
     ) -> list[Check]:
         """Return the checks of the start, of the columns' agreement, and of the solution."""
-        setup, t_first = self._setup, self._file.usable.t_first
+        setup, t_first = self.setup, self.file.usable.t_first
         by_name = {finding.name: finding for finding in found}
         followed: frozenset[str] = frozenset()
         if by_name["kinematics"].verdict == "pass":
@@ -368,7 +363,7 @@ class _Examination:
 
     def _true_rows(self, solution: TrueSolution) -> Callable[[Array], Array | None]:
         """Return the solution at times (s) from the first row on, as vectors in the file's axes."""
-        t_first, until = self._file.usable.t_first, float(self._setup.scene.until)
+        t_first, until = self.file.usable.t_first, float(self.setup.scene.until)
         begin, time = self._begin, self._begin.time
         if time is None:
             time = t_first if 0 <= t_first <= until else 0.0
@@ -385,7 +380,7 @@ class _Examination:
     def _compare(
         self, rows: Samples, begin: Begin, solution: TrueSolution, further: frozenset[str]
     ) -> Compared:
-        setup, t_first = self._setup, self._file.usable.t_first
+        setup, t_first = self.setup, self.file.usable.t_first
         if setup.friction == "other":
             return no_solution("the scene's solution has the scene's own friction")
         if begin.finding.verdict == "skipped":
@@ -395,25 +390,25 @@ class _Examination:
             if not 0 <= t_first <= float(setup.scene.until):
                 return no_solution("the first row is no state of the solution")
             time = t_first
-        ended = f"the rows end at {self._broken}" if self._broken else ""
+        ended = f"the rows end at {self.file.usable.broken}" if self.file.usable.broken else ""
         position = Position(time, begin.turn, whole=t_first == time == 0)
-        wanted = Wanted(self._digits, self._cutoff - t_first, ended, further)
-        return distance_from_solution(rows, self._block, position, solution, wanted)
+        wanted = Wanted(self.digits, self.cutoff - t_first, ended, further)
+        return distance_from_solution(rows, self.file.usable.block, position, solution, wanted)
 
     def _unseen(self, findings: Sequence[Check]) -> tuple[str, ...]:
         """The deciding checks that could not be made, in words."""
         by_name = {finding.name: finding for finding in findings}
 
         def seen(*names: str) -> bool:
-            return any(name in self._allow or by_name[name].verdict == "pass" for name in names)
+            return any(name in self.allow or by_name[name].verdict == "pass" for name in names)
 
         def why(*names: str) -> str:
             reasons = (f"{name}: {shortened(by_name[name].note)}" for name in names)
             return ", ".join(reasons)
 
         unseen = []
-        if self._setup.friction == "scene":
-            decided = seen("equations") or decides(by_name["golden"]) or "golden" in self._allow
+        if self.setup.friction == "scene":
+            decided = seen("equations") or decides(by_name["golden"]) or "golden" in self.allow
             if not decided:
                 unseen.append(f"the equations of motion ({why('equations', 'golden')})")
         else:
@@ -424,7 +419,7 @@ class _Examination:
                 if not seen(name):
                     unseen.append(f"{what} ({why(name)})")
         for name, what in (("start", "the start"), ("agreement", "all columns")):
-            if by_name[name].verdict == "open" and name not in self._allow:
+            if by_name[name].verdict == "open" and name not in self.allow:
                 unseen.append(f"{what} ({by_name[name].note})")
         return tuple(unseen)
 
