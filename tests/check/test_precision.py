@@ -3,6 +3,8 @@
 import numpy
 import pytest
 
+import tt_precise as tt
+from tests.check.conftest import VECTORS, check
 from tt_precise.check.precision import described, precision_of, precisions, times_of
 
 NUMBERS = numpy.random.default_rng(1).normal(size=200)
@@ -44,7 +46,47 @@ def test_times_that_are_even_but_for_rounding_are_made_even() -> None:
     for missing in (numpy.delete(exact[:20] * 2.4, 9), numpy.delete(numpy.arange(801) / 100, 401)):
         found = times_of(missing)
         assert numpy.array_equal(found.t, missing)
+    # nor is a row of it that is off by a unit of the last place rounded
+    jumps = numpy.arange(40) / 100 + 0.001 * (numpy.arange(40) % 7 == 3)
+    assert numpy.array_equal(times_of(jumps.round(3)).t, jumps.round(3))
     uneven = numpy.cumsum(abs(NUMBERS) + 0.1).round(5)
     found = times_of(uneven)
     assert (found.words, found.rounding) == ("5 decimals", 5e-6)
     assert numpy.array_equal(found.t, uneven)
+
+
+@pytest.mark.parametrize(
+    ("step", "rows", "decimals", "known"),
+    [
+        (1 / 60, 360, 2, True),
+        (0.0123, 300, 3, True),
+        (0.0005, 300, 4, True),
+        (1 / 59.94, 300, 4, False),  # of a video camera: 60 Hz are not seen at the ends
+        (1 / 60, 12, 2, False),  # 59 and 61 Hz too
+    ],
+)
+def test_the_rate_of_rounded_times_is_known_where_one_grid_fits(
+    step: float, rows: int, decimals: int, known: bool
+) -> None:
+    exact = step * numpy.arange(rows)
+    found = times_of(exact.round(decimals))
+    if known:
+        assert abs(found.t - found.t[0] - exact).max() < 1e-12
+    else:
+        assert numpy.array_equal(found.t, exact.round(decimals))
+        assert found.rounding == pytest.approx(0.5 * 10.0**-decimals)
+
+
+@pytest.mark.usefixtures("no_cause")
+@pytest.mark.parametrize(("hertz", "decimals"), [(59.94, 4), (97.3, 3)])
+def test_right_rows_on_another_grid_do_not_fail_by_the_digits_of_their_times(
+    hertz: float, decimals: int
+) -> None:
+    rows = tt.integrate("reference").frame(
+        *VECTORS[1:], times=[i / hertz for i in range(int(6 * hertz))], numbers="float"
+    )
+    rows["t"] = rows["t"].round(decimals)
+    found = check(rows, "reference")
+    assert (found.verdict, found.failures) == ("incomplete", ())
+    assert "equations: the file has too few digits" in found.heading
+    assert check(rows, "reference", friction="other").failures == ()

@@ -7,6 +7,7 @@ the velocity of the contact point, the checks of this velocity are skipped. The 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,14 +17,14 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.conventions import QUATERNION
-from tt_precise.check.precision import LOOKED_AT, ColumnRounding, precisions
+from tt_precise.check.precision import LOOKED_AT, ColumnRounding, precisions, times_of
 from tt_precise.mechanics import conversion
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import Quaternion
+from tt_precise.mechanics.vectors import Quaternion, dot
 from tt_precise.runtime.values import Functions, InputError, Scalar, require_name, wrong_name
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LIFTED
@@ -358,6 +359,13 @@ class Samples:
     def resolution(self) -> dict[str, float]:
         """Half a unit of the last place in which each column is written; 0 for full doubles."""
         return {name: one.half_unit for name, one in self.precisions.items()}
+
+    @cached_property
+    def blur(self) -> float:
+        """The change of the state, relative to its size, within the rounding of the times."""
+        clock, omega, body = times_of(self.t), self.first.omega, self.setup.body
+        turning = math.sqrt(dot(omega, omega))
+        return (turning + body.g / body.R / (turning or 1.0)) * clock.rounding * bool(clock.words)
 
     @cached_property
     def quaternion(self) -> Quaternion | None:

@@ -316,6 +316,7 @@ def _rounding_errors(
         return mean
 
     attitude = 2 * u.q + omega * u.t
+    turned = 1 + body.m * lever * omega * speed / unit  # rate of the momentum about the contact
     momentum = u.L + 2 * body.R * body.m * u.v + body.m * lever * speed * u.q
     turning = h * both(u.L) / min(body.I1, body.I3) + 2 * h * body.m * body.R * both(u.v) / body.I1
     turning = turning + 16 * EPS * (1 + omega[1:] * h)
@@ -326,7 +327,7 @@ def _rounding_errors(
         "spin": (attitude, turning),
         "axis": (attitude, turning),
         "inclination": (attitude, turning),
-        "torque": (momentum / unit + 4 * EPS * L / unit + u.t, weighed),
+        "torque": (momentum / unit + 4 * EPS * L / unit + turned * u.t, weighed),
         "position": ((u.x + speed * u.t) / body.R + 4 * EPS, moved / body.R),
         "jellett": (2 * body.R * (u.L + L * u.q) + 32 * EPS * body.R * L, 0 * h),
     }

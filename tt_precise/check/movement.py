@@ -159,8 +159,6 @@ def shortest_rotation(k: Array) -> Array:
 
 def azimuth(t: Array, rate: Array) -> tuple[Array, Array]:
     """Return the integral of phi_dot (rad), and its error bound from row to row."""
-    if len(t) < FEWEST_ROWS:
-        return numpy.zeros(len(t)), numpy.full(len(t), numpy.inf)
     nodes, _, whole = gauss(FEWEST_ROWS)
     h, still = numpy.diff(t), numpy.zeros(len(t) - 1)
     best, other = (

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy
@@ -45,8 +46,8 @@ FULL = ColumnRounding(0.0, "")
 
 def precision_of(values: Array) -> ColumnRounding:
     """Return the precision of numbers that are printed alike."""
-    numbers = values[values != 0]
-    if len(numbers) < FEWEST or not numpy.isfinite(numbers).all():
+    numbers = values[numpy.isfinite(values) & (values != 0)]
+    if len(numbers) < FEWEST:
         return FULL
     found = _kinds(numbers[:FIRST]) and _kinds(numbers)
     if not found or len(set(numbers.tolist())) < DIFFERENT:
@@ -108,7 +109,10 @@ class RoundedTimes(NamedTuple):
 
 
 def times_of(t: Array) -> RoundedTimes:
-    """Return times; times that are evenly spaced up to rounding are made exactly even."""
+    """Return times; those of one known grid, up to their rounding, are made exactly even.
+
+    On another grid, or where several fit, the clock's rate is known no better than the times are.
+    """
     count = len(t)
     if count < 3:
         return RoundedTimes(t, 0.0, "")
@@ -117,26 +121,36 @@ def times_of(t: Array) -> RoundedTimes:
     if float(abs(t - t[0] - step * rows).max()) < 1e-9 * step + noise:
         return RoundedTimes(t, noise, "")
     found = precision_of(t[:: max(1, count // LOOKED_AT)])
-    if not found.words:
+    if not found.words or math.isnan(step):
         return RoundedTimes(t, noise, "")
     steps = numpy.diff(t)
     if float(steps.max()) > GAP * float(numpy.sort(steps)[len(steps) // 2]):
         return RoundedTimes(t, found.half_unit, found.words)  # an even grid with a row missing
-    # A file has a whole number of rows in a second, or of tenths of ms from row to row.
-    for rate in (1.0, 1e-4, 1e-3):
-        whole = numpy.rint(1 / step) if rate == 1.0 else numpy.rint(step / rate)
-        nice = 1 / whole if rate == 1.0 else whole * rate
-        if whole and abs(nice / step - 1) * count < 0.05:
-            step = nice
-            break
-    places = step / (2 * found.half_unit)
-    if "floats" not in found.words and abs(places - round(places)) < 1e-6:
+    grids = [grid for grid in _grids(step) if _fits(t, float(grid), found.half_unit + noise)]
+    if len(grids) == 1:
+        places = float(grids[0]) / (2 * found.half_unit)
         # a grid that is written without rounding is even, or the rows are not
-        return RoundedTimes(t, found.half_unit, found.words)
-    off = t - step * rows
-    off -= (off.max() + off.min()) / 2
-    if float(abs(off).max()) <= 2.1 * found.half_unit:
-        return RoundedTimes(
-            t - off, EPS * float(abs(t).max()), f"{found.words}, evenly spaced but for that"
-        )
+        if "floats" in found.words or abs(places - round(places)) > 1e-6:
+            off = _off(t, float(grids[0]))
+            return RoundedTimes(
+                t - off, EPS * float(abs(t).max()), f"{found.words}, evenly spaced but for that"
+            )
     return RoundedTimes(t, found.half_unit, found.words)
+
+
+def _grids(step: float) -> set[Fraction]:
+    """Spacings (s) near ``step`` of a whole number of rows in a second, or of tenths of ms."""
+    second, tenths = (int(min(round_, 1e12)) for round_ in (1 / step, 1e4 * step))
+    near = {Fraction(1, n) for n in range(max(second - 1, 1), second + 3)}
+    return near | {Fraction(n, 10_000) for n in range(max(tenths - 1, 1), tenths + 3)}
+
+
+def _off(t: Array, step: float) -> Array:
+    """The distances (s) of times from a grid, the largest on either side alike."""
+    off = t - step * numpy.arange(len(t))
+    off -= (off.max() + off.min()) / 2
+    return off
+
+
+def _fits(t: Array, step: float, rounding: float) -> bool:
+    return float(abs(_off(t, step)).max()) <= rounding

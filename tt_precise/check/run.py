@@ -358,7 +358,7 @@ class _Examination:
         compared = self._compare(rows, begin, solution, frozenset(further - followed))
         golden = compared.finding
         if by_name["equations"].verdict in ("open", "skipped") and setup.friction == "scene":
-            golden = decide_alone(golden, rounding(rows))
+            golden = decide_alone(golden, rounding(rows) + rows.blur)
         return [begin.finding, agreement(rows, followed | compared.columns), golden]
 
     def _true_rows(self, solution: TrueSolution) -> Callable[[Array], Array | None]:
