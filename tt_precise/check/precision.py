@@ -22,7 +22,6 @@ MOST_DECIMALS, MOST_DIGITS = 11, 10  # More of them are as good as a double here
 # recognised. By chance a double has 10 decimals with a probability of 4e-5; but starts are round.
 FEWEST, DIFFERENT = 8, 4
 LOOKED_AT = 4096  # Rows from which the precision is taken.
-GAP = 1.5  # Usual steps, half way to a missing row: no rounding makes such a gap.
 FIRST = 24  # Values of which one usually shows that the numbers are full doubles.
 
 VECTORS = (
@@ -123,14 +122,11 @@ def times_of(t: Array) -> RoundedTimes:
     found = precision_of(t[:: max(1, count // LOOKED_AT)])
     if not found.words or math.isnan(step):
         return RoundedTimes(t, noise, "")
-    steps = numpy.diff(t)
-    if float(steps.max()) > GAP * float(numpy.sort(steps)[len(steps) // 2]):
-        return RoundedTimes(t, found.half_unit, found.words)  # an even grid with a row missing
     grids = [grid for grid in _grids(step) if _fits(t, float(grid), found.half_unit + noise)]
     if len(grids) == 1:
         places = float(grids[0]) / (2 * found.half_unit)
-        # a grid that is written without rounding is even, or the rows are not
-        if "floats" in found.words or abs(places - round(places)) > 1e-6:
+        # a grid that is written without rounding is even, or a row is missing, or another is off
+        if abs(places - round(places)) > 1e-6:
             off = _off(t, float(grids[0]))
             return RoundedTimes(
                 t - off, EPS * float(abs(t).max()), f"{found.words}, evenly spaced but for that"
