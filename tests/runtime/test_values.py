@@ -181,6 +181,18 @@ class Whole(Hints):
     part = 1 + 2j
 
 
+def test_a_part_that_fails_is_not_looked_for_in_itself() -> None:
+    class Broken(Hints):
+        _parts = ("part",)
+
+        @property
+        def part(self) -> None:
+            raise AttributeError
+
+    with pytest.raises(AttributeError, match="Broken has no 'part'"):
+        _ = Broken().part
+
+
 def test_an_attribute_that_is_elsewhere_is_found() -> None:
     for name, where in (("imag", "part.imag"), ("parts", "part"), ("to_csv", "frame")):
         with pytest.raises(AttributeError, match=f"Whole has no '{name}'; expected {where}"):

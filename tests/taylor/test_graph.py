@@ -7,8 +7,9 @@ from typing import Any
 
 import mpmath
 
-from tt_precise.mechanics.formulations import integration_form
+from tt_precise.mechanics.formulations import formulation, integration_form
 from tt_precise.mechanics.laws import law_named
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbers
 
 
@@ -34,6 +35,13 @@ def test_sines_and_roots_are_taken_where_the_equations_have_them() -> None:
     assert kinds("gliding", "newton")["root"] == 0
     stribeck = kinds("gliding", "newton", "stribeck")
     assert (stribeck["exponential"], stribeck["slope"]) == (1, 1)
+
+
+def test_the_rate_of_the_azimuth_is_taken_without_theta() -> None:
+    form = formulation("gliding", "newton", law_named("viscous"))
+    graph = Graph(len(form.columns), len(form.parameters))
+    q = Motion(form.body(graph.parameters), form.State(*graph.components), graph)
+    assert "angle" not in {one.kind for one in in_order(graph, [q.euler.phi_dot])}
 
 
 def test_equal_expressions_are_one() -> None:

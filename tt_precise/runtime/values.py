@@ -172,7 +172,7 @@ class Hints:
     def _where(self, name: str) -> str:
         """The way to write what an unknown name means; "" if nothing resembles it."""
         for part in self._parts:
-            if hasattr(attrgetter(part)(self), name):
+            if part != name and hasattr(attrgetter(part)(self), name):
                 return f"{part}.{name}"
         return WRITTEN.get(name) or nearest(name, (n for n in dir(self) if n[0] != "_"))
 

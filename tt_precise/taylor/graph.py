@@ -210,6 +210,10 @@ class Graph:
         """The cosine, likewise."""
         return self._sine_cosine(angle)[1]
 
+    def atan2(self, y: Scalar, x: Scalar) -> Traced:
+        """An angle that no rate needs: Euler angles have theta beside the rate of phi."""
+        return self.series("angle", y, x)
+
     def _sine_cosine(self, angle: Traced) -> tuple[Traced, Traced]:
         if angle not in self.turning:
             first = len(self.components)
