@@ -81,9 +81,9 @@ def right(hertz: int, amount: float = 0.0, name: str = "") -> pandas.DataFrame:
 def faults() -> Iterator[Fault]:
     """Return what is planted."""
     for name in PARAMETERS:
-        yield Fault(f"{name} of the simulator", partial(_simulated, name))
-    yield Fault("spin at the start", lambda hz, a: right(hz, a, "omega_3"))
-    yield Fault("inclination at the start", lambda hz, a: right(hz, a, "theta"))
+        yield Fault(f"{name} of the simulator", partial(right, name=name))
+    yield Fault("spin at the start", partial(right, name="omega_3"))
+    yield Fault("inclination at the start", partial(right, name="theta"))
     yield Fault("the clock", _changed(lambda f, a: f.assign(t=(1 + a) * f["t"])))
     for said, columns in COLUMNS.items():
         yield Fault(said, _changed(partial(_scaled, columns, 0.0)))
@@ -103,10 +103,6 @@ Change = Callable[[pandas.DataFrame, float], pandas.DataFrame]
 
 def _changed(change: Change) -> Callable[[int, float], pandas.DataFrame]:
     return lambda hertz, amount: change(right(hertz), amount)
-
-
-def _simulated(name: str, hertz: int, amount: float) -> pandas.DataFrame:
-    return right(hertz, amount, name)
 
 
 def _scaled(

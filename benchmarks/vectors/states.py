@@ -7,7 +7,7 @@ that their rounding does not show in the 34 digits of the expected numbers.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -230,24 +230,31 @@ def state_file() -> list[dict[str, Json]]:
 def _entries(case: StateCase) -> Iterator[dict[str, Json]]:
     entry = _entry(case)
     flags = [case.law, *(["joins"] if case.name.rpartition("-")[0] in JOINED else [])]
-    yield {**entry, "result": VALID, "flags": flags, "expected": _texts(case, expected(case))}
+    yield {**entry, "result": VALID, "flags": flags, "expected": texts(case, expected(case))}
     if case.law not in MISTAKEN or case.name != f"{case.law}-1":
         return
     for number, (flag, mistaken) in enumerate(MISTAKES.items(), start=1):
         if flag == "friction reversed" and case.law == "rolling":
             continue
-        wrong = _texts(case, terms(mistaken(case)))
+        wrong = texts(case, terms(mistaken(case)))
         name = {"name": f"{case.name}-mistake-{number}"}
         yield {**entry, **name, "result": INVALID, "flags": [case.law, flag], "expected": wrong}
 
 
-def _texts(case: StateCase, values: dict[str, Scalar | Vector]) -> dict[str, Json]:
+def texts(case: StateCase, values: Mapping[str, Scalar | Vector]) -> dict[str, Json]:
+    """Numbers and vectors as decimals of ``DIGITS`` digits."""
     return {
         name: _vector(case, value, DIGITS)
         if isinstance(value, tuple)
         else _shown(case, value, DIGITS)
         for name, value in values.items()
     }
+
+
+def orientation(case: StateCase, quaternion: Sequence[Scalar], digits: int) -> dict[str, Json]:
+    """A quaternion, scalar first, in both orders."""
+    four = [_shown(case, part, digits) for part in quaternion]
+    return {"quaternion_wxyz": four, "quaternion_xyzw": [*four[1:], four[0]]}
 
 
 def _entry(case: StateCase) -> dict[str, Json]:
@@ -266,15 +273,12 @@ def _entry(case: StateCase) -> dict[str, Json]:
     if case.law in SPRINGS:
         contact = {"law": "compliant", "force": case.law, **numbers("stiffness", "damping")}
         state["height"] = _shown(case, q.state.height, INPUT_DIGITS)
-    posed = case.pose_of(q)
-    four = [_shown(case, part, INPUT_DIGITS) for part in posed[:4]]
-    given = {"quaternion_wxyz": four, "quaternion_xyzw": [*four[1:], four[0]], **state}
     return {
         "name": case.name,
         "body": numbers("m", "R", "alpha", "I1", "I3", "g"),
         "friction": friction,
         "contact": contact,
-        "state": given,
+        "state": orientation(case, case.pose_of(q)[:4], INPUT_DIGITS) | state,
     }
 
 

@@ -7,8 +7,16 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from benchmarks.vectors.states import DIGITS, JOINED, STEPS, StateCase, cases
-from tt_precise.exact.arithmetic import agreed_digits, decimal
+from benchmarks.vectors.states import (
+    DIGITS,
+    JOINED,
+    STEPS,
+    StateCase,
+    cases,
+    orientation,
+    texts,
+)
+from tt_precise.exact.arithmetic import agreed_digits
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
@@ -40,20 +48,13 @@ def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
 def documents_of(case: StateCase) -> Iterator[dict[str, Json]]:
     """The JSON objects of the steps of a case."""
     states = _flown(case) if case.law == "none" else _integrated(case)
-    for step, (orientation, vectors) in zip(STEPS, states, strict=True):
-        four = [_shown(case, part) for part in orientation]
-        yield {
-            "name": case.name,
-            "step_s": str(float(step)),
-            "quaternion_wxyz": four,
-            "quaternion_xyzw": [*four[1:], four[0]],
-            **{
-                name: [_shown(case, part) for part in case.turned(value)]
-                if isinstance(value, tuple)
-                else _shown(case, value)
-                for name, value in vectors.items()
-            },
+    for step, (quaternion, known) in zip(STEPS, states, strict=True):
+        turned = {
+            name: case.turned(value) if isinstance(value, tuple) else value
+            for name, value in known.items()
         }
+        head = {"name": case.name, "step_s": str(float(step))}
+        yield head | orientation(case, quaternion, DIGITS) | texts(case, turned)
 
 
 def _flown(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
@@ -118,7 +119,3 @@ def require_agreement(case: StateCase, fine: dict[str, Scalar], other: dict[str,
         if not abs(value - other[name]) <= size * fn.mpf(10) ** -(DIGITS + 4):
             agreed = agreed_digits(value, other[name], DIGITS + 9, fn)
             raise ArithmeticError(f"{case.name}: {name} agrees in {agreed} digits only")
-
-
-def _shown(case: StateCase, value: Scalar) -> str:
-    return decimal(case.context.mpf(value), DIGITS, case.context)
