@@ -200,10 +200,13 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 every_document = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 
 
-# A simulator in pure Python takes four seconds; `make smoke` runs it as well.
+# Pages whose examples take seconds; `make smoke` runs the first as well.
+DEAR = ("docs/start.md", "docs/howto/digits.md")
+
+
 @pytest.mark.parametrize(
     "path",
-    [more(path) if path.name == "start.md" else path for path in DOCUMENTS],
+    [more(path) if str(path.relative_to(ROOT)) in DEAR else path for path in DOCUMENTS],
     ids=lambda path: path.name,
 )
 @pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.slow)])
