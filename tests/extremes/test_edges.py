@@ -45,7 +45,15 @@ def test_a_horizon_is_shortened_where_the_rates_are_high() -> None:
     fast, slow = (scene.varied(omega_3=str(spin)) for spin in (155_000, 1))
     assert shortened(scene, fast).until == Fraction(8, 100)
     assert shortened(scene, slow).until == 8
+    # gliding decays at mu g (1 + m R^2/I3)
+    rate = 3000 * scene.body.g * Fraction("3.5")
+    assert shortened(scene, scene.varied(mu="3000")).until == 80 * scene.start.omega_3 / rate
     assert {edge.scene.until <= 10 for edge in edges.edges(scene.varied(until="1000"))} == {True}
+
+
+def test_the_soonest_end_is_named() -> None:
+    ends = [EdgeOutcome(f"{t} s", "double", "contact_lost", 8, t, 14, 1, 100) for t in (3, 1, 2)]
+    assert list(findings(ends))[1] == "contact is lost: 3 of 3, first 1 s at 1 s"
 
 
 def test_contact_that_is_lost_and_digits_are_those_of_the_run() -> None:
