@@ -175,3 +175,11 @@ def test_a_cut_is_the_same_number_in_32_bits(part: float, named: bool) -> None:
     frame.loc[cut, "angular_velocity2"] *= 1 - part * (frame.index[cut] % 2)
     found = check(frame, "reference", friction="other", engine="bullet")
     assert ("cut to" in str(found.causes)) == named
+
+
+@pytest.mark.parametrize(("row", "omega"), [(2, 99.0), (30, 101.0)])
+def test_a_cut_holds_in_two_rows_and_nothing_is_beyond_it_later(row: int, omega: float) -> None:
+    frame = pandas.read_csv(CASES / "bullet_clamped_spin.csv")[:40]
+    frame.loc[row, "angular_velocity2"] = omega
+    found = check(frame, "reference", friction="other", engine="bullet")
+    assert "cut to" not in str(found.causes)

@@ -14,7 +14,7 @@ from tests.check.test_cases import CASES
 from tests.check.test_force_free import POSE
 from tests.conftest import more, of_each_kind
 from tt_precise.check.columns import COLUMN_SETS, CheckSetup
-from tt_precise.check.explain import FailedFile, _precision
+from tt_precise.check.explain import FailedFile, _force, _precision
 from tt_precise.check.sources import open_source
 from tt_precise.golden import store
 from tt_precise.runtime.values import Check, Verdict
@@ -391,6 +391,39 @@ def test_another_friction_is_named_only_where_it_is_seen(engine: Engine) -> None
         assert 'friction="other"' not in str(check(engine(fault=fault), "reference"))
 
 
+SEEN = "detects 1e-4; friction seen: 0.1 to 0.2 of F_z"
+
+
+@pytest.mark.parametrize(
+    ("failed", "power", "note", "height", "named"),
+    [
+        ("equations", "pass", SEEN, False, True),
+        ("equations", "open", SEEN, False, False),
+        ("equations", "pass", "detects 1e-4", False, False),
+        ("start", "pass", SEEN, False, False),
+        ("equations jellett", "pass", SEEN, False, False),
+        ("equations jellett", "pass", SEEN, True, True),  # a table that gives way
+    ],
+)
+def test_another_force_is_named_where_all_laws_are_seen_to_hold(
+    healthy: Healthy, failed: str, power: Verdict, note: str, height: bool, named: bool
+) -> None:
+    setup = CheckSetup(tt.load_scene("regularised-1e-2"), COLUMN_SETS["vectors"], True)
+    frame = healthy("reference", 17, 0.1)[VECTORS].assign(z=0.02)
+    also = ("z",) * height
+    rows = setup.samples(open_source(frame).load(("t", *setup.columns.names, *also)))
+    laws = [Check(name, "pass") for name in ("kinematics", "contact_momentum", "jellett")]
+    found = [*laws, Check("friction_power", power, note=note)]
+    failures = [Check(name, "fail", 1.0) for name in failed.split()]
+    file = FailedFile(rows, failures, lambda _: found, {}, lambda t: None)
+    assert bool([*_force(file)]) == named
+
+
+def test_no_mu_is_named_of_a_scene_without_friction(healthy: Healthy) -> None:
+    smooth = tt.load_scene("reference").varied(mu="0")
+    assert causes(healthy("reference", 101, 0.2)[VECTORS], smooth).startswith("force: ")
+
+
 @pytest.mark.parametrize("fault", ["normal force is the weight", more("friction pushes")])
 def test_what_is_no_number_is_not_named(engine: Engine, fault: str) -> None:
     found = check(engine(500, 0.5, fault=fault), "reference", friction="other")
@@ -438,14 +471,17 @@ def test_a_world_is_named_and_the_file_passes_in_it(case: str, world: str, frict
     assert found.failures == ()
 
 
-@pytest.mark.parametrize(("drift", "named"), [(1e-4, True), (1e-2, False)])
+@pytest.mark.parametrize(
+    ("drift", "start", "named"),
+    [(1e-4, "scene", True), (1e-2, "scene", False), (1e-4, "other", False)],
+)
 def test_a_mirrored_world_is_named_with_errors_as_engines_leave(
-    engine: Engine, drift: float, named: bool
+    engine: Engine, drift: float, start: str, named: bool
 ) -> None:
     """Jellett's integral, of the other sign, drifts by a part of 5e-5, or of 5e-3."""
     frame = engine(500, 0.5, start=(0.1, 0.0, 0.0, -155.0))
     frame[OMEGA] *= (1 + drift * frame[["t"]]).to_numpy()
-    found = check(frame, "reference", friction="other")
+    found = check(frame, "reference", friction="other", start=start)
     assert "jellett" in {one.name for one in found.failures}
     assert ("left-handed" in str(found.causes)) == named
 
