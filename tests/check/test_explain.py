@@ -562,6 +562,21 @@ def test_a_small_error_of_mu_is_named_as_far_as_its_check_fails() -> None:
 
 
 @pytest.mark.parametrize(
+    ("scene", "mu", "said"),
+    [
+        ("regularised-1e-4", "0.33", "1.100"),  # as well as g, which friction shows alike
+        ("regularised-1e-2", "0.3003", "1.0010"),
+        more("stribeck", "0.33", "1.32"),
+        more("coulomb-gliding", "0.055", "1.10"),
+    ],
+)
+def test_mu_is_named_under_every_law(scene: str, mu: str, said: str) -> None:
+    slippery = tt.load_scene(scene).varied(mu=mu, until="0.5", sample_every="1/200")
+    frame = tt.integrate(slippery).frame(*VECTORS[1:])
+    assert causes(frame, scene) == f"parameter: mu is {said} times the scene's"
+
+
+@pytest.mark.parametrize(
     ("number", "said"),
     [
         ("g", "parameter: g is 1.000100 times the scene's"),

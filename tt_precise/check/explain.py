@@ -515,7 +515,7 @@ def _by_own_force(file: FailedFile) -> Candidates:
         apart = numpy.vstack((found.state, found.energy))
         return numpy.where(numpy.isfinite(found.bound), apart, 0.0).ravel()
 
-    found = fitted([*BODY, "clock"], left_at)
+    found = fitted([*BODY, "mu", "clock"], left_at)
     causes = in_doubt(alike(found, lambda one: file.nearer(_with(file.rows, one.name, one.p))))
     if causes:
         yield Candidate(causes)
@@ -524,19 +524,12 @@ def _by_own_force(file: FailedFile) -> Candidates:
 def _strength(rows: Samples) -> float | None:
     """Return mu of the observed friction; None if it does not follow the scene's law."""
     setup = rows.setup
-    law = setup.scene.body.friction
-    if not (law.constant or not law.smooth_at_rest) or len(rows.t) < 16:
-        return None
     movement = movement_of(rows.rows(slice(0, ROWS)))
-    if not movement.moving or setup.rolling or not setup.body.mu:
+    if not movement.moving or not setup.body.mu:
         return None
     found = by_guidance(movement.body, movement.rows)
-    fits = (found.unexplained < UNLIKE) & (found.viscous == law.constant)
-    if 2 * int(fits.sum()) < len(fits):
-        return None
-    strength = numpy.sort(found.strength[fits])
-    low, middle, high = (float(strength[int(part * len(strength))]) for part in (0.25, 0.5, 0.75))
-    return middle if high - low < UNLIKE * abs(middle) else None
+    fits = (found.unexplained < UNLIKE) & (found.viscous == setup.scene.body.friction.constant)
+    return float(numpy.median(found.strength[fits])) if 2 * fits.sum() >= len(fits) else None
 
 
 # Friction that pushes fails the signs of its power, with any mu.
@@ -673,7 +666,7 @@ def _force(file: FailedFile) -> Candidates:
 
 FAMILIES: tuple[Callable[[FailedFile], Candidates], ...] = (
     _precision, _of_source, _still, _limit, partial(_columns, certain=True), _convention, _columns,
-    _start, _friction, _force, _number, _unit_and_columns, _end, _rows,
+    _start, _friction, _number, _force, _unit_and_columns, _end, _rows,
 )  # fmt: skip
 """What is proposed, in this order: what a file says of itself, then its conventions, then one
 number, then some of its rows, which may be said beside each of the others."""
