@@ -666,7 +666,7 @@ def _force(file: FailedFile) -> Candidates:
 
 FAMILIES: tuple[Callable[[FailedFile], Candidates], ...] = (
     _precision, _of_source, _still, _limit, partial(_columns, certain=True), _convention, _columns,
-    _start, _friction, _number, _force, _unit_and_columns, _end, _rows,
+    _start, _friction, _force, _number, _unit_and_columns, _end, _rows,
 )  # fmt: skip
 """What is proposed, in this order: what a file says of itself, then its conventions, then one
 number, then some of its rows, which may be said beside each of the others."""
