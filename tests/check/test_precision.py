@@ -4,7 +4,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import VECTORS, check
+from tests.check.conftest import VECTORS, Healthy, check
 from tt_precise.check.precision import described, precision_of, precisions, times_of
 
 NUMBERS = numpy.random.default_rng(1).normal(size=200)
@@ -46,6 +46,7 @@ def test_times_that_are_even_but_for_rounding_are_made_even() -> None:
     for missing in (numpy.delete(exact[:20] * 2.4, 9), numpy.delete(numpy.arange(801) / 100, 401)):
         found = times_of(missing)
         assert numpy.array_equal(found.t, missing)
+        assert found.gaps
     # nor is a row of it that is off by a unit of the last place rounded
     jumps = numpy.arange(40) / 100 + 0.001 * (numpy.arange(40) % 7 == 3)
     assert numpy.array_equal(times_of(jumps.round(3)).t, jumps.round(3))
@@ -90,3 +91,15 @@ def test_right_rows_on_another_grid_do_not_fail_by_the_digits_of_their_times(
     assert (found.verdict, found.failures) == ("incomplete", ())
     assert "equations: the file has too few digits" in found.heading
     assert check(rows, "reference", friction="other").failures == ()
+
+
+@pytest.mark.usefixtures("no_cause")
+def test_times_of_few_digits_may_be_exact(healthy: Healthy) -> None:
+    """A grid of 2 decimals without a row, with a wrong momentum; irregular times of 4 decimals."""
+    gap = healthy()[VECTORS].head(101).drop(index=50).reset_index(drop=True)
+    assert check(gap, "reference")["equations"].verdict == "pass"
+    wrong = gap.assign(Lz=gap["Lz"] * (1 + 1e-4 * gap["t"]))
+    assert check(wrong, "reference")["equations"].verdict == "fail"
+    times = numpy.unique(numpy.random.default_rng(1).uniform(0, 1, 120).round(4)).tolist()
+    rows = tt.integrate("reference").frame(*VECTORS[1:], times=[0.0, *times], numbers="float")
+    assert check(rows, "reference")["equations"].verdict == "pass"

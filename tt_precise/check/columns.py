@@ -365,7 +365,8 @@ class Samples:
         """The change of the state, relative to its size, within the rounding of the times."""
         clock, omega, body = times_of(self.t), self.first.omega, self.setup.body
         turning = math.sqrt(dot(omega, omega))
-        return (turning + body.g / body.R / (turning or 1.0)) * clock.rounding * bool(clock.words)
+        rounding = clock.rounding if clock.words and not clock.gaps else 0.0
+        return (turning + body.g / body.R / (turning or 1.0)) * rounding
 
     @cached_property
     def quaternion(self) -> Quaternion | None:

@@ -100,11 +100,16 @@ def described(found: Mapping[str, ColumnRounding]) -> str:
 
 
 class RoundedTimes(NamedTuple):
-    """Times (s) with their rounding (s); evenly spaced times without rounding, and ``words``."""
+    """Times (s) with their rounding (s); evenly spaced times without rounding, and ``words``.
+
+    ``gaps`` says that they are whole multiples of one spacing apart: rows may be missing in an even
+    grid whose times are exact as they are written.
+    """
 
     t: Array
     rounding: float
     words: str
+    gaps: bool = False
 
 
 def times_of(t: Array) -> RoundedTimes:
@@ -115,17 +120,20 @@ def times_of(t: Array) -> RoundedTimes:
     count = len(t)
     if count < 3:
         return RoundedTimes(t, 0.0, "")
-    rows, step = numpy.arange(count), (t[-1] - t[0]) / (count - 1)
+    steps, step = numpy.diff(t), (t[-1] - t[0]) / (count - 1)
     noise = 8 * EPS * float(abs(t).max())
-    if float(abs(t - t[0] - step * rows).max()) < 1e-9 * step + noise:
+    if float(abs(_off(t, step)).max()) < 1e-9 * step + noise:
         return RoundedTimes(t, noise, "")
     found = precision_of(t[:: max(1, count // LOOKED_AT)])
     if not found.words or math.isnan(step):
         return RoundedTimes(t, noise, "")
+    usual = float(numpy.sort(steps)[len(steps) // 2])
+    if float(abs(steps - usual * numpy.rint(steps / usual)).max()) < 1e-9 * usual + noise:
+        return RoundedTimes(t, found.half_unit, found.words, gaps=True)
     grids = [grid for grid in _grids(step) if _fits(t, float(grid), found.half_unit + noise)]
     if len(grids) == 1:
         places = float(grids[0]) / (2 * found.half_unit)
-        # a grid that is written without rounding is even, or a row is missing, or another is off
+        # a grid that is written without rounding is even, or a row is off
         if abs(places - round(places)) > 1e-6:
             off = _off(t, float(grids[0]))
             return RoundedTimes(
