@@ -51,17 +51,19 @@ STATUS = re.compile(r"#\s*exit status (\d)")
 
 
 class Block(NamedTuple):
-    """A fenced block: its language, its text, and the line of the file on which it starts."""
+    """A fenced block: language, text, the line on which it starts, the headings before it."""
 
     language: str
     text: str
     line: int
+    section: int
 
 
 def blocks(text: str) -> list[Block]:
     return [
-        Block(found[1], found[2], text[: found.start()].count("\n") + 2)
+        Block(found[1], found[2], before.count("\n") + 2, before.count("\n## "))
         for found in FENCE.finditer(text)
+        for before in (text[: found.start()],)
     ]
 
 
@@ -162,8 +164,9 @@ def run_all(text: str, *, long: bool) -> int:
         pytest.skip("a tutorial: the build of the site runs it (make docs)")
     count = 0
     names: dict[str, Any] = {}
-    waiting = False  # what follows a long example may need what it made
+    waiting, section = False, 0  # what follows a long example, up to a heading, may need it
     for block in blocks(text):
+        waiting, section = waiting and block.section == section, block.section
         if block.language.startswith("{code-block}"):
             count += write(block)
         elif block.language == "python":
