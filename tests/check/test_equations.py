@@ -21,6 +21,7 @@ from tt_precise.check.equations import (
     _added_up,
     _gone,
     differences,
+    through_switches,
 )
 from tt_precise.check.flow import MOST_STEPS, FlowEnd, flow
 from tt_precise.check.sources import open_source
@@ -237,3 +238,15 @@ def test_where_equations_may_change_no_interval_is_left_out() -> None:
     frame[["vx", "vy"]] *= 100
     found = apart(frame, "vectors", "coulomb-stick-slip")
     assert (found.left, found.joints) == (0, (5, 5))
+
+
+def test_a_contact_point_that_leaves_rest_may_come_to_rest_at_once() -> None:
+    """Its speed is 0 again before the first step ends."""
+    row = numpy.array(
+        [0.10016434322361982, -0.04748278923863743, 0.9938372548222874, 4.921118421627991e-05,
+         -1.9907265666317183e-05, 0.00046564049859854897, 0.0, 0.0]
+    )  # fmt: skip
+    end, reached, _ = through_switches(tt.load_scene("coulomb-gliding"), row, 0.005)
+    assert reached == pytest.approx(0.005)
+    assert numpy.isfinite(end).all()
+    assert not end[6:].any()

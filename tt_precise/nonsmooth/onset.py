@@ -137,7 +137,11 @@ def onset(
             body.numbers(mpfr.number), [*map(mpfr.number, (*state[:6], *e))], terms, on_the_cone
         )
     back = [list(map(mpfr.back, column)) for column in columns]
-    return OnsetSeries(numpy.array(back, dtype=object), _valid_until(back, eps, fn))
+    speed, until = back[6], _valid_until(back, eps, fn)
+    # where the contact point comes to rest again, the series ends before
+    while next(filter(None, speed), 0) > 0 >= fn.polyval(speed[::-1], until):
+        until /= 2
+    return OnsetSeries(numpy.array(back, dtype=object), until)
 
 
 def _coefficients(
