@@ -374,7 +374,7 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
     )
     return {
         "at_rest": trajectory.scene.at_rest,
-        "warnings": tuple(filter(None, (trajectory.scene.stick_warning, _creep(trajectory)))),
+        "warnings": tuple(filter(None, (trajectory.scene.rest_warning, _creep(trajectory)))),
         "theorem": TheoremRecord(**theorem.as_dict()),
         "equator": EquatorRecord(*equator),
         "end": EndRecord(*end),

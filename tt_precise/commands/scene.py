@@ -167,7 +167,7 @@ def warnings(scene: Scene, ratios: dict[str, float | None]) -> list[str]:
         )
     if scene.model != "rolling" and body.mu == 0:
         unusual.append("no friction: nothing drives the top to the inverted spin")
-    unusual += [scene.stick_warning] if scene.stick_warning else []
+    unusual += [scene.rest_warning] if scene.rest_warning else []
     if isinstance(start, LiftedStart):
         return unusual  # there need be no contact
     double = precision_named("double")

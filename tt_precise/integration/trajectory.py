@@ -143,7 +143,7 @@ class Trajectory(Hints):
     @property
     def _warning(self) -> str:
         """The scene's warning where friction holds the contact point from the start; else empty."""
-        return self.scene.stick_warning if self.pieces[0].model == "rolling" else ""
+        return self.scene.rest_warning if self.pieces[0].model == "rolling" else ""
 
     @property
     def precision(self) -> Precision:

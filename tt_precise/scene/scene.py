@@ -344,7 +344,7 @@ class Scene(Hints):
         return CENTRE_OF_MASS if max(apart) < 1e-6 * max(speeds) else ""
 
     @property
-    def stick_warning(self) -> str:
+    def rest_warning(self) -> str:
         """The warning about a top that dry friction may hold at t = 0; empty for other tops."""
         if not self.may_stick or self.at_rest != CONTACT_POINT:
             return ""
