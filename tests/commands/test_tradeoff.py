@@ -59,4 +59,4 @@ def test_a_limit_and_a_row_without_a_digit_are_explained(
     assert "  none " in text
     assert "\nnone: at the worst sample no digit is right." in text
     short = said("tradeoff reference --until 0.5 --seconds 1e-9")
-    assert "left out: SciPy LSODA from 10 on: beyond 1e-09 s; --seconds S allows more" in short
+    assert "left out: SciPy LSODA from 10 on: beyond 1e-08 s; --seconds S allows more" in short

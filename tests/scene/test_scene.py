@@ -92,8 +92,9 @@ def test_a_number_may_have_its_unit_behind_it() -> None:
         text = text.replace(old, new)
     assert parsed(text) == parsed()
     assert parsed().varied(R="21 mm") == parsed().varied(R_mm=21) == parsed().varied(R="0.021")
-    assert "alpha: got '3 mm', expected an exact number as a string without a unit" in refused(
-        TEXT.replace('alpha = "0.3"', 'alpha = "3 mm"')
+    assert (
+        "alpha: got '3 mm', expected an exact number as a string in units of R (a size has the"
+        in refused(TEXT.replace('alpha = "0.3"', 'alpha = "3 mm"'))
     )
 
 
@@ -141,7 +142,9 @@ def test_rolling_does_not_glide() -> None:
     rolling = TEXT.replace("gliding", "rolling")
     assert parsed(rolling).model == "rolling"
     message = refused(rolling.replace('omega_3 = "155"', 'omega_3 = "155"\nnu_y = "1e-300"'))
-    assert "expected none in a rolling scene" in message
+    assert 'got a contact point that glides, expected at_rest = "contact point"' in message
+    message = refused(rolling.replace("[start]", '[start]\nat_rest = "centre of mass"'))
+    assert "got a contact point that glides" in message
 
 
 def test_reads_a_file_as_the_shipped_scene(tmp_path: Path) -> None:

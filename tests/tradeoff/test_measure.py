@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy
 import pytest
@@ -80,6 +81,22 @@ def test_a_scene_in_pieces_and_a_slow_method_are_left_out_with_a_sentence(
         "tt_precise from 20 digits on", "SciPy DOP853 from 0.001 on", "SciPy LSODA from 0.001 on"
     ]  # fmt: skip
     assert slow.left_out[-1].endswith("beyond 0 s; --seconds S allows more, --until T is shorter")
+
+
+@pytest.mark.parametrize(("digits", "waits"), [(0.9, 1e3), (1.1, 100.0)])
+def test_a_method_has_more_time_until_it_has_a_digit(
+    short: tt.Scene, truth: Truth, monkeypatch: pytest.MonkeyPatch, digits: float, waits: float
+) -> None:
+    deadlines: list[float] = []
+
+    def found(*given: Any) -> Row:
+        deadlines.append(given[-1])
+        return row("SciPy DOP853", digits, 1.0)
+
+    monkeypatch.setattr(measure, "_peer_row", found)
+    monkeypatch.setattr(measure.time, "perf_counter", lambda: 0.0)
+    assert list(measure._peer_rows(short, "DOP853", truth, 100.0, print))
+    assert deadlines == [1e3, waits, waits, waits]
 
 
 def test_a_method_that_gives_up_is_left_out_with_its_reason(

@@ -387,7 +387,7 @@ def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
 
 
 def _creep(trajectory: Trajectory) -> str:
-    """The warning about a creeping contact where Coulomb's law would stick; "" without one."""
+    """The warning about a creeping contact where Coulomb's law may stick; "" without one."""
     import numpy
 
     numbers = trajectory.scene.body.numbers_by_name
@@ -395,13 +395,15 @@ def _creep(trajectory: Trajectory) -> str:
         return ""
     table = trajectory.table("gliding_speed", numbers="float")
     slow = numpy.asarray(table["gliding_speed"], float) < float(numbers["epsilon"])
-    first = len(slow) - int(slow[::-1].argmin()) if not slow.all() else 0
-    if not slow[-1]:
+    if not slow.any():
         return ""
+    first = int(slow.argmax())
+    last = first + int(numpy.append(slow[first:], [False]).argmin()) - 1
+    begin, end = (float(table["t"][row]) for row in (first, last))
     return (
-        f"v_A stays below epsilon = {float(numbers['epsilon']):g} m/s at the samples from "
-        f"{float(table['t'][first]):g} s on: the contact creeps and does not stick; the later "
-        "motion may depend on epsilon"
+        f"v_A is below epsilon = {float(numbers['epsilon']):g} m/s at {int(slow.sum())} of "
+        f"{len(slow)} samples, first from {begin:g} to {end:g} s: the contact creeps there and "
+        "does not stick, and all later motion may depend on epsilon: compare a smaller one"
     )
 
 

@@ -37,7 +37,8 @@ class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tr
     "--seconds",
     default=f"{SECONDS:g}",
     show_default=True,
-    help="Limit in s for tt_precise, without compiling, and for each method of SciPy.",
+    help="Limit in s for tt_precise, without compiling, and for each method of SciPy, which has "
+    "ten times as long for its first digit.",
 )
 @JSON
 def command(scene: str, until: str | None, seconds: str, as_json: bool) -> int:
@@ -45,7 +46,8 @@ def command(scene: str, until: str | None, seconds: str, as_json: bool) -> int:
 
     Each line requests 3 to 30 digits, and shows the chosen arithmetic, the delivered digits, the
     time, and the drift of lambda. The last lines are SciPy's DOP853 and LSODA on the same equations
-    in plain Python, each within --seconds; the report compares compiled integrators.
+    in plain Python, each within --seconds once it has a digit. The report compares compiled
+    integrators.
     """
     loaded = load_scene(scene)
     loaded = loaded if until is None else loaded.varied(until=until)

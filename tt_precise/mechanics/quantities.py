@@ -197,7 +197,7 @@ class UserFunction:
             raise InputError(
                 f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function "
                 "that works in every arithmetic: sums, products, quotients, powers, abs, and "
-                "functions of q.fn such as q.fn.sqrt in the place of NumPy's and math's"
+                "functions of motion.fn such as motion.fn.sqrt in the place of NumPy's and math's"
             ) from error
         one = next(iter(getattr(value, "flat", ())), value)
         # gmpy2 and mpmath both call their complex numbers mpc

@@ -70,6 +70,7 @@ WRITTEN = {
     "savefig": 'plot().savefig("top.png")', "t": 'frame()["t"]', "times": 'frame()["t"]',
     "segments": "pieces", "phases": "pieces", "switches": "pieces", "stretches": "pieces",
     "t_init": "inversion.A.t_init", "t_equator": "inversion.equator",
+    "equator": "inversion.equator", "t_end_A": "inversion.A.t_end", "climb": "inversion",
     "spread": 'integrate(scene, sensitivity=["mu"]).sensitivity.spread({"mu": "5 %"})',
     "sensitivity": 'integrate(scene, sensitivity=["mu"])',
     "run": "tt.integrate(scene)", "integrate": "tt.integrate(scene)",

@@ -86,6 +86,9 @@ UNIT_OF = {
     "theta_dot": "rad/s", "phi_dot": "rad/s", "omega_3": "rad/s", "psi_dot": "rad/s",
     "nu_x": "m/s", "nu_y": "m/s", "height": "m", "rise": "m/s", "v_s": "m/s", "epsilon": "m/s",
 }  # fmt: skip
+# The entries that are ratios: their units, and the keys that take a size.
+RATIO_OF = {"alpha": "R", "I1": "m R^2", "I3": "m R^2"}
+SIZE_KEYS = {"R": "centre_mm or centre_m", "m R^2": "I1_g_mm2 or I1_kg_m2 (so for I3)"}
 
 
 def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
@@ -107,8 +110,9 @@ def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> 
     number = _parse(value, unit)
     if number is None:
         with_unit = isinstance(value, str) and _parse(value.rstrip(_LETTERS), "") is not None
-        keys = "its key says (centre_mm, I1_kg_m2)"
-        alone = f" without a unit, in SI or as {keys}" if with_unit else ""
+        alone = " without a unit" if with_unit else ""
+        if unit in SIZE_KEYS:
+            alone = f" in units of {unit} (a size has the key {SIZE_KEYS[unit]})"
         units = ", ".join(f'"10 {one}"' for one in UNITS.get(unit, ()))
         raise InputError(
             f"{what}: got {shortened(value)}, expected an exact number as a string"
@@ -171,7 +175,8 @@ def written(value: Scalar, name: str = "number", what: str = "") -> Fraction:
 
     Raises ``InputError``: as ``exact``; NaN and infinity too.
     """
-    return parse(decimal_of(value), what or name, UNIT_OF.get(name, "")).rational
+    unit = UNIT_OF.get(name) or RATIO_OF.get(name, "")
+    return parse(decimal_of(value), what or name, unit).rational
 
 
 def has_unit(value: Any) -> bool:
@@ -246,7 +251,7 @@ def _as_fraction(t: Scalar) -> Fraction:
             return Fraction(*map(int, t.as_integer_ratio()))
         except (ValueError, OverflowError):
             raise InputError(f"t: got {t}, expected a finite time in s") from None
-    return exact(t, "t")
+    return parse(t, "t", "s").rational
 
 
 def shortest_texts(values: Array) -> list[str | None]:

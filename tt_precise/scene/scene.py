@@ -153,7 +153,8 @@ class Scene(Hints):
         )
         yield (
             self.model == "rolling" and bool(self.start.nu_x or self.start.nu_y),
-            "nu_x, nu_y: got a gliding velocity, expected none in a rolling scene",
+            'start: got a contact point that glides, expected at_rest = "contact point" (or '
+            "nu_x = nu_y = 0) in a rolling scene",
         )
 
     @classmethod

@@ -34,7 +34,7 @@ def powered(base: Scalar, power: Scalar) -> Scalar:
     """
     if not isinstance(power, int) or power < 1:
         raise InputError(
-            f"power: got {power}, expected a whole number above 0; roots are q.fn.sqrt, and "
+            f"power: got {power}, expected a whole number above 0; roots are motion.fn.sqrt, and "
             "quotients are written as such"
         )
     return base if power == 1 else base * powered(base, power - 1)

@@ -36,6 +36,7 @@ TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
 SMALLEST_RTOL = 2.3e-14  # Smallest relative tolerance that solve_ivp accepts.
 MOST_SAMPLES = 40  # Most samples at which rows are compared.
 SECONDS = 2.5  # Default limit in s for this integrator, and for each of SciPy's methods.
+PATIENCE = 10  # Ratio of the limit for the first digit of a method of SciPy to its limit.
 SHARE = 1 / 3  # Largest share of the limit for a row; a slower row is the last.
 OWN = "tt_precise"
 PEERS = ("DOP853", "LSODA")
@@ -191,13 +192,15 @@ def _peer_rows(
     scene: Scene, method: str, truth: Truth, seconds: float, leave_out: Callable[[str], None]
 ) -> Iterator[Row]:
     """SciPy's method on the equations as plain Python, tolerance after tolerance."""
-    deadline = time.perf_counter() + seconds
+    began, limit = time.perf_counter(), PATIENCE * seconds
     for tolerance in TOLERANCES:
         try:
-            yield _peer_row(scene, method, tolerance, truth, deadline)
+            row = _peer_row(scene, method, tolerance, truth, began + limit)
+            yield row
+            limit = seconds if row.digits >= 1 else limit
         except _TooLongError:
             leave_out(
-                f"SciPy {method} from {tolerance:g} on: beyond {seconds:g} s; --seconds S allows "
+                f"SciPy {method} from {tolerance:g} on: beyond {limit:g} s; --seconds S allows "
                 "more, --until T is shorter"
             )
             return
