@@ -250,7 +250,7 @@ def test_numpys_functions_are_refused_where_numbers_are_wide(half: Scene) -> Non
         return numpy.sin(q.state.kx)
 
     assert len(tt.integrate(half).frame(sine)) > 1
-    with pytest.raises(InputError, match=r"sine: got TypeError .* functions of q\.fn"):
+    with pytest.raises(InputError, match=r"sine: got TypeError .* functions of motion\.fn"):
         tt.integrate(half, digits=20).frame(sine)
 
 
