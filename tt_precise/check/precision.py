@@ -22,7 +22,6 @@ MOST_DECIMALS, MOST_DIGITS = 11, 10  # More of them are as good as a double here
 # recognised. By chance a double has 10 decimals with a probability of 4e-5; but starts are round.
 FEWEST, DIFFERENT = 8, 4
 LOOKED_AT = 4096  # Rows from which the precision is taken.
-FIRST = 24  # Values of which one usually shows that the numbers are full doubles.
 
 VECTORS = (
     ("t",),
@@ -48,7 +47,7 @@ def precision_of(values: Array) -> ColumnRounding:
     numbers = values[numpy.isfinite(values) & (values != 0)]
     if len(numbers) < FEWEST:
         return FULL
-    found = _kinds(numbers[:FIRST]) and _kinds(numbers)
+    found = _kinds(numbers)
     if not found or len(set(numbers.tolist())) < DIFFERENT:
         return FULL
     # The coarser of several: a short decimal may be a 32-bit float by chance.
