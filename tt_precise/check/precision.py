@@ -143,7 +143,7 @@ def times_of(t: Array) -> RoundedTimes:
 
 def _grids(step: float) -> set[Fraction]:
     """Spacings (s) near ``step`` of a whole number of rows in a second, or of tenths of ms."""
-    second, tenths = (int(min(round_, 1e12)) for round_ in (1 / step, 1e4 * step))
+    second, tenths = (int(numpy.clip(count, 0, 1e12)) for count in (1 / step, 1e4 * step))
     near = {Fraction(1, n) for n in range(max(second - 1, 1), second + 3)}
     return near | {Fraction(n, 10_000) for n in range(max(tenths - 1, 1), tenths + 3)}
 
