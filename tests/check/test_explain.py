@@ -66,6 +66,15 @@ def test_other_units_are_named(
     assert causes(scaled(frame, factor, *names)) == f"convention: {convention}"
 
 
+@pytest.mark.parametrize(("until", "named"), [(9.0, True), (0.7, False)])
+def test_a_unit_of_angles_holds_in_all_rows(healthy: Healthy, until: float, named: bool) -> None:
+    frame = healthy("reference", 401, 0.8)[EULER]
+    given = frame.assign(theta=frame["theta"].where(frame["t"] > until, DEGREE * frame["theta"]))
+    found = check(given, "reference", friction="other", start="other")
+    assert found.verdict == "fail"
+    assert ("theta is in degrees" in str(found.causes)) == named
+
+
 def turn(frame: pandas.DataFrame, vectors: numpy.ndarray, sign: int) -> numpy.ndarray:
     """Vectors turned by each row's quaternion, or by its inverse (``sign`` -1)."""
     q = sign * frame[["qx", "qy", "qz"]].to_numpy()

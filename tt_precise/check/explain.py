@@ -24,7 +24,6 @@ from tt_precise.check.conventions import (
     ANGLE,
     ENGINES,
     LENGTH,
-    LIMITS,
     LINEAR_MOMENTUM,
     NEARER,
     OMEGA,
@@ -425,22 +424,18 @@ def _of_euler(file: FailedFile) -> Candidates:
         if not 1 / NEARLY < ahead < NEARLY:
             continue
         other = setup.samples(Block(read))
-        integral = quantities.jellett(other.q)
-        if not abs(integral / integral[0] - 1).max() <= LIMITS["jellett"]:
-            continue
-        if remainder(other) < math.inf:
+        left = remainder(other)
+        if left < math.inf:
             own = replace(other, setup=rows.setup, shared={})
             unlike = rows.setup.own_force and bool(_failing(judge(own)))
-            found.append((unlike, remainder(other), text))
+            found.append((unlike, left, text))
     # The rates of frames are near each other: the scene's force may tell them apart.
-    named = [text for unlike, _, text in sorted(found) if unlike == min(found)[0]]
-    if len(rows.t) > ROWS:
-        whole = _euler_conventions(rows.given)
-        named = [
-            text
-            for text in named
-            if not _failing(judge(setup.samples(Block({**rows.given, **whole[text]}))))
-        ]
+    whole = _euler_conventions(rows.given)
+    named = [
+        text
+        for unlike, _, text in sorted(found)
+        if unlike == min(found)[0] and not _failing(judge(rows.changed(whole[text], setup)))
+    ]
     if named:
         yield _one("convention", ", or ".join(named))
 
