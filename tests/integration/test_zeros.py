@@ -369,3 +369,19 @@ def test_two_undecided_extrema_are_noise(
     points = zeros.Points(which, numpy.array(position), value, error, error, numpy.array(reach))
     found[0]._changes(points)
     assert (found[0]._touches, bool(found[0]._unresolved)) == ({0}, unresolved)
+
+
+def test_an_event_at_the_end_that_its_error_explains_is_none(
+    reference: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At the start phi_dot is 0, and the axis is far from the equator."""
+    found: list[zeros.Zeros] = []
+    monkeypatch.setattr(zeros.Zeros, "search", lambda self, steps: found.append(self))
+    integrate(reference.varied(until="0.01"), events=("phi_dot_zero", "equator"))
+    (search,) = found
+    row = search.start.first_row(search.setup.formulation, search.setup.record)
+    names, one = numpy.array(["phi_dot_zero", "equator"], dtype=object), numpy.ones(2)
+    search._error = numpy.full(len(row), 1e-16)
+    search._hits = [zeros.Hits(names, one, one, numpy.zeros((2, len(row))))]
+    search._last = numpy.array([0, 1])
+    assert search.collect(row).hits.name.tolist() == ["equator"]
