@@ -105,6 +105,11 @@ def test_the_document_has_the_agreed_keys() -> None:
     assert failed.verdict == "fail"
 
 
+def test_a_failed_case_has_the_row_of_its_family() -> None:
+    good, bad = one().outcome(), one(measured="badly", holds=False).outcome()
+    assert registry.family_rows([good, bad, good]) == [(bad.name, "badly", bad)]
+
+
 class Spoiled:
     """A trajectory whose states have NaN in place of one entry."""
 
