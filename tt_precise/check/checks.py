@@ -263,8 +263,7 @@ def _from_row_to_row(run: Run) -> Run:
         turning = math.sqrt(dot(omega, omega))
         sizes = [1.0] * 3 + [math.sqrt(dot(L, L)) or 1.0] * 3 + [body.R * turning or 1.0] * 2
         written = max(float(one) / size for one, size in zip(state, sizes, strict=True))
-        if not (seen.values <= limit).all():  # else the times are as exact as they are written
-            written += rows.blur
+        written += rows.blur
         # at both ends, and in the rates, which turn the state at the rate of the spin
         return _beyond(seen.values, written * (2 + turning * rows.t), limit, seen)
 

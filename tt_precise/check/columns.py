@@ -362,10 +362,10 @@ class Samples:
 
     @cached_property
     def blur(self) -> float:
-        """The change of the state, relative to its size, within the rounding of the times."""
+        """The change of the state, over its size, within the rounding of times that drift."""
         clock, omega, body = times_of(self.t), self.first.omega, self.setup.body
         turning = math.sqrt(dot(omega, omega))
-        rounding = clock.rounding if clock.words and not clock.gaps else 0.0
+        rounding = clock.rounding if clock.drifts else 0.0
         return (turning + body.g / body.R / (turning or 1.0)) * rounding
 
     @cached_property

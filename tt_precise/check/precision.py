@@ -101,14 +101,13 @@ def described(found: Mapping[str, ColumnRounding]) -> str:
 class RoundedTimes(NamedTuple):
     """Times (s) with their rounding (s); evenly spaced times without rounding, and ``words``.
 
-    ``gaps`` says that they are whole multiples of one spacing apart: rows may be missing in an even
-    grid whose times are exact as they are written.
+    ``drifts`` says that they are even up to rounding, with a spacing that is not known exactly.
     """
 
     t: Array
     rounding: float
     words: str
-    gaps: bool = False
+    drifts: bool = False
 
 
 def times_of(t: Array) -> RoundedTimes:
@@ -128,17 +127,19 @@ def times_of(t: Array) -> RoundedTimes:
         return RoundedTimes(t, noise, "")
     usual = float(numpy.sort(steps)[len(steps) // 2])
     if float(abs(steps - usual * numpy.rint(steps / usual)).max()) < 1e-9 * usual + noise:
-        return RoundedTimes(t, found.half_unit, found.words, gaps=True)
+        return RoundedTimes(t, found.half_unit, found.words)  # an even grid but for missing rows
     grids = [grid for grid in _grids(step) if _fits(t, float(grid), found.half_unit + noise)]
-    if len(grids) == 1:
-        places = float(grids[0]) / (2 * found.half_unit)
-        # a grid that is written without rounding is even, or a row is off
-        if abs(places - round(places)) > 1e-6:
-            off = _off(t, float(grids[0]))
-            return RoundedTimes(
-                t - off, EPS * float(abs(t).max()), f"{found.words}, evenly spaced but for that"
-            )
-    return RoundedTimes(t, found.half_unit, found.words)
+    # a grid that is written without rounding is even, or a row is off
+    places = [float(grid) / (2 * found.half_unit) for grid in grids]
+    written = [one for one in places if abs(one - round(one)) < 1e-6]
+    if len(grids) == 1 and not written:
+        off = _off(t, float(grids[0]))
+        return RoundedTimes(
+            t - off, EPS * float(abs(t).max()), f"{found.words}, evenly spaced but for that"
+        )
+    # the spacing that the ends give is as wrong as they are
+    drifts = not written and _fits(t, step, 2 * found.half_unit + noise)
+    return RoundedTimes(t, found.half_unit, found.words, drifts)
 
 
 def _grids(step: float) -> set[Fraction]:
