@@ -52,7 +52,9 @@ def test_times_that_are_even_but_for_rounding_are_made_even() -> None:
         assert not found.drifts
     # nor is a row of it that is off by a unit of the last place rounded
     jumps = numpy.arange(40) / 100 + 0.001 * (numpy.arange(40) % 7 == 3)
-    assert numpy.array_equal(times_of(jumps.round(3)).t, jumps.round(3))
+    found = times_of(jumps.round(3))
+    assert numpy.array_equal(found.t, jumps.round(3))
+    assert not found.drifts
     with numpy.errstate(all="ignore"):  # as in a check, of a file that is refused
         for last in (0.0, -1e-320, numpy.inf, -numpy.inf, numpy.nan):
             assert len(times_of(numpy.append(jumps.round(3), last)).t) == 41
