@@ -385,3 +385,17 @@ def test_an_event_at_the_end_that_its_error_explains_is_none(
     search._hits = [zeros.Hits(names, one, one, numpy.zeros((2, len(row))))]
     search._last = numpy.array([0, 1])
     assert search.collect(row).hits.name.tolist() == ["equator"]
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_the_error_within_a_step_near_the_pole_counts(
+    precision: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At 0.018 s theta is 2.5e-3: the rate of V has noise that the ends of the step have not."""
+    monkeypatch.setattr(zeros, "MOST_EVENTS", 3000)
+    scene = load_scene("phi-dot-83").varied(until="0.02", sample_every="0.01")
+    run = integrate(scene, precision, events=["extremum:V"])
+    times = [0.018178830178816, 0.018283072001454, 0.018387288453764]
+    assert run.events["t"].astype(float).tolist() == pytest.approx(times, abs=1e-13)
+    assert run.events["direction"].tolist() == [1, -1, 1]
+    assert run.unresolved == ()

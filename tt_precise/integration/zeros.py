@@ -106,6 +106,10 @@ class Intervals(NamedTuple):
     monomials: Array
 
 
+ErrorsInside = Callable[[Steps, Array, Array, Array], tuple[Array, Array]]
+"""The errors of functions at positions in steps: in the run, and in double."""
+
+
 class Zeros:
     """The events of a run, from its steps block by block."""
 
@@ -214,8 +218,9 @@ class Zeros:
         which, step = numpy.nonzero(unclear)
         begin = low[which, step]
         parts, inner = self._divided(
-            steps, which, step, begin, 1 - begin, own[which, step], rough[which, step]
-        )
+            steps, which, step, begin, 1 - begin, own[which, step], rough[which, step],
+            self._errors_inside,
+        )  # fmt: skip
         # the ends of all steps, and of those that may have zeros
         ends = numpy.ones(value.shape, dtype=bool)
         ends[:, 1:-1] = (unclear | single)[:, 1:] | (unclear | single)[:, :-1]
@@ -348,10 +353,23 @@ class Zeros:
         errors = numpy.fmax(errors, coupled)  # rates are undefined where gliding begins
         self._lost, self._error = lost[:, -1:], errors[:, -1]
         ends = [*numpy.append(row[:, 0], row[:, -1, -1:], axis=1)]
+        self._of_steps = rounded, errors
         errors, rounded = (numpy.append(x, x[:, -1:], axis=1) for x in (errors, rounded))
         for x in (errors, rounded):
             x[:, 1:-1] = numpy.fmax(x[:, 1:-1], x[:, :-2])
         return self._propagated(ends, rounded, errors)[::-1]
+
+    def _errors_inside(
+        self, steps: Steps, which: Array, step: Array, position: Array
+    ) -> tuple[Array, Array]:
+        """Return errors of functions at positions in steps: in the run, and in double.
+
+        They may exceed those at both ends of a step, within which the axis passes a pole.
+        """
+        rounded, errors = (x[:, step] for x in self._of_steps)
+        both = self._propagated([*steps.inside(step, position)], rounded, errors)
+        doubt, error = (x[which, numpy.arange(len(which))] for x in both)
+        return error, doubt
 
     def _errors_of_rates(self, states: Array, errors: Array) -> Array:
         """Return the errors of the rates at ``states``, from their ``errors``, in roundings."""
@@ -407,11 +425,12 @@ class Zeros:
 
     def _divided(
         self, steps: Steps, which: Array, step: Array, low: Array, width: Array, error: Array,
-        doubt: Array,
+        doubt: Array, inside: ErrorsInside | None = None,
     ) -> tuple[Intervals, Points]:  # fmt: skip
         """Return parts of steps with polynomials of the functions' shape, and points inside.
 
-        The points are the extrema, and the bounds between the parts of a step.
+        The points are the extrema, and the bounds between the parts of a step. ``inside`` gives the
+        errors in the middle of a part that is halved, which count in both halves.
 
         Raises ``InputError``: a function is undefined inside, or there are too many parts.
         """
@@ -438,7 +457,17 @@ class Zeros:
             _require_few(parts)
             if last or shaped.all():
                 continue
-            which, step, low, width, error, doubt = (numpy.tile(x[~shaped], 2) for x in columns)
+            columns = [x[~shaped] for x in columns]
+            which, step, low, width, error, doubt = columns
+            if inside:
+                middle = inside(steps, which, step, low + width / 2)
+                # where errors exceed the function it may be undefined, which is asked later
+                known = middle[1] <= largest[~shaped]
+                columns[4:] = (
+                    numpy.where(known, numpy.fmax(before, there), before)
+                    for before, there in zip((error, doubt), middle, strict=True)
+                )
+            which, step, low, width, error, doubt = (numpy.tile(x, 2) for x in columns)
             width = width / 2
             low[len(low) // 2 :] += width[len(low) // 2 :]
             waiting.append((halving + 1, (which, step, low, width, error, doubt)))
