@@ -71,6 +71,8 @@ ONE = WithPi(Fraction(1))
 UNITS = {
     "kg": {"kg": ONE, "g": WithPi(Fraction(1, 1000))},
     "m": {"m": ONE, "cm": WithPi(Fraction(1, 100)), "mm": WithPi(Fraction(1, 1000))},
+    "g": {"g": ONE, "kg": WithPi(Fraction(1000))},
+    "mm": {"mm": ONE, "cm": WithPi(Fraction(10)), "m": WithPi(Fraction(1000))},
     "s": {"s": ONE},
     "m/s": {"m/s": ONE, "cm/s": WithPi(Fraction(1, 100)), "mm/s": WithPi(Fraction(1, 1000))},
     "m/s^2": {"m/s^2": ONE},
@@ -86,6 +88,8 @@ UNIT_OF = {
     "theta_dot": "rad/s", "phi_dot": "rad/s", "omega_3": "rad/s", "psi_dot": "rad/s",
     "nu_x": "m/s", "nu_y": "m/s", "height": "m", "rise": "m/s", "v_s": "m/s", "epsilon": "m/s",
 }  # fmt: skip
+# The keys that end in their unit, but for those of moments.
+KEY_UNITS = {"m_g": "g", "R_mm": "mm", "centre_mm": "mm", "centre_m": "m"}
 # The entries that are ratios: their units, and the keys that take a size.
 RATIO_OF = {"alpha": "R", "I1": "m R^2", "I3": "m R^2"}
 SIZE_KEYS = {"R": "centre_mm or centre_m", "m R^2": "I1_g_mm2 or I1_kg_m2 (so for I3)"}
@@ -171,11 +175,12 @@ def _product(text: str) -> WithPi:
 def written(value: Scalar, name: str = "number", what: str = "") -> Fraction:
     """``exact`` for the numbers of files and users, of every type that ``decimal_of`` knows.
 
-    A number may have a unit if ``name`` is an entry of ``UNIT_OF``. Errors say ``what`` it is.
+    A number may have a unit if ``name`` is in ``UNIT_OF`` or ``KEY_UNITS``. Errors say ``what`` it
+    is.
 
     Raises ``InputError``: as ``exact``; NaN and infinity too.
     """
-    unit = UNIT_OF.get(name) or RATIO_OF.get(name, "")
+    unit = (UNIT_OF | KEY_UNITS | RATIO_OF).get(name, "")
     return parse(decimal_of(value), what or name, unit).rational
 
 
