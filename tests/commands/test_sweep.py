@@ -67,6 +67,8 @@ def test_the_summary_says_the_units_of_the_rows(said: Said) -> None:
     assert "          theta: 0.0174533 to 0.15708 rad (1 to 9 deg)\n" in text
     assert "        omega_3: 62.8319 to 62.8319 rad/s\n" in text
     assert re.search(r"^        min_g_n: [\d.]+ to [\d.]+ N$", text, re.MULTILINE)
+    words = "--vary mu=0.05,0.3 --until 6 --workers 1 --recheck 0"
+    assert "3.18597 to 3.18597 s (none in 1 of 2 rows)\n" in said("sweep reference", words)
 
 
 @pytest.mark.parametrize(

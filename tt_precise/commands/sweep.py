@@ -293,6 +293,8 @@ def lines(summary: dict[str, Json], varied: Mapping[str, str]) -> list[str]:
             text = f"  {name:>13}: {ends[0]:.6g} to {ends[1]:.6g} {unit}".rstrip()
             if unit == "rad":
                 text += " ({:.6g} to {:.6g} deg)".format(*map(math.degrees, ends))
+            if column["missing"]:
+                text += f" (none in {column['missing']} of {summary['rows']} rows)"
             shown.append(text)
     recheck = summary["recheck"]
     if recheck["rows"]:

@@ -136,7 +136,8 @@ class State:
             return self.__dict__["values"][name]
         except KeyError:
             known = self.__dict__.get("values", ())
-            text = str(wrong_name("state", name, known))
+            also = '; frame("g_n", times=[3]) has quantities'
+            text = str(wrong_name("state", name, known, also))
             raise AttributeError(text, name=name, obj=self) from None
 
     def __str__(self) -> str:
