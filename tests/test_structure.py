@@ -20,11 +20,16 @@ PLACE = re.compile(r"`([^`]+)`")
 LONGEST = 700  # lines of a file
 
 
-def drawn() -> list[str]:
-    """Places of CONTRIBUTING's map, in its order: from what all stands on to what a user types."""
+def rows_of_the_map() -> list[list[str]]:
+    """The cells of CONTRIBUTING's map, row by row."""
     text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
     rows = text.partition("## Map")[2].partition("## Rules")[0].splitlines()
-    cells = [row.split("|")[1] for row in rows if row.startswith("| `")]
+    return [[cell.strip() for cell in row.split("|")[1:-1]] for row in rows if row.startswith("| ")]
+
+
+def drawn() -> list[str]:
+    """Places of CONTRIBUTING's map, in its order: from what all stands on to what a user types."""
+    cells = [row[0] for row in rows_of_the_map() if row[0].startswith("`")]
     return [
         place.rstrip("/").removesuffix(".py") for cell in cells for place in PLACE.findall(cell)
     ]
@@ -137,6 +142,66 @@ def test_an_arrow_that_runs_up_and_a_circle_are_found(tmp_path: Path) -> None:
     for indent in ("", "if True:\n    ", "def late():\n    "):
         (tmp_path / "a.py").write_text(f"{indent}from small.scene import b\n")
         assert imported(low, tmp_path / "a.py", {high: tmp_path}) == {high}
+
+
+def lines_of(*paths: Path) -> int:
+    """Return the number of lines of Python files, and of those below folders."""
+    files = {file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path])}
+    return sum(len(file.read_text(encoding="utf-8").splitlines()) for file in files)
+
+
+def count(cell: str) -> int:
+    """Return the number at the start of a cell of the map: ``36,100 in 165 files``."""
+    return int(cell.split()[0].replace(",", ""))
+
+
+def above_the_map(package: Path, tests: Path, rows: list[list[str]]) -> list[str]:
+    """Return the places whose files or tests have more lines than the map allows."""
+    surplus = []
+    covered: list[Path] = []
+    for cell, lines, of_tests, _ in rows:
+        names = PLACE.findall(cell)
+        sources = [package / name for name in names]
+        mirrors = [tests / name if name.endswith("/") else tests / f"test_{name}" for name in names]
+        mirrors = [path for path in mirrors if path.exists()]
+        covered += mirrors
+        if cell == "whole":
+            sources, mirrors = [package], [tests]
+        elif cell == "other tests":
+            sources, mirrors = [], [path for path in tests.iterdir() if path not in covered]
+            mirrors = [path for path in mirrors if path.is_dir() or path.suffix == ".py"]
+        for limit, paths in ((lines, sources), (of_tests, mirrors)):
+            if (actual := lines_of(*paths)) > count(limit):
+                surplus.append(f"{cell}: got {actual} lines, expected at most {limit}")
+    return surplus
+
+
+def test_no_place_has_more_lines_than_the_map_allows() -> None:
+    rows = [row for row in rows_of_the_map() if row[1][:1].isdigit()]
+    assert above_the_map(PACKAGE, Path(__file__).parent, rows) == []
+    *places, whole = rows
+    assert whole[0] == "whole"
+    assert len(modules(PACKAGE)) <= count(whole[1].partition(" in ")[2])
+    # a number that rises takes its lines from another
+    for column in (1, 2):
+        assert sum(count(row[column]) for row in places) <= count(whole[column])
+
+
+def test_a_place_above_its_number_is_found(tmp_path: Path) -> None:
+    package, tests = tmp_path / "small", tmp_path / "tests"
+    for file in (package / "a/b.py", tests / "a/test_b.py", tests / "test_c.py"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("x = 1\n" * 3)
+    fits = [
+        ["`a/`", "3", "3", ""],
+        ["other tests", "0", "3", ""],
+        ["whole", "3 in 1 files", "6", ""],
+    ]
+    assert above_the_map(package, tests, fits) == []
+    for row, column in ((0, 1), (0, 2), (1, 2), (2, 1), (2, 2)):
+        tight = [list(cells) for cells in fits]
+        tight[row][column] = "2"
+        assert len(above_the_map(package, tests, tight)) == 1
 
 
 def test_no_file_is_long() -> None:
