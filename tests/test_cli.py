@@ -245,20 +245,6 @@ def test_a_reader_that_leaves_early_is_no_error() -> None:
     assert done.stderr == ""
 
 
-def test_an_option_given_twice_is_refused_by_every_command(refused: Said) -> None:
-    """Click takes the last value and drops the first without a word."""
-    options = [
-        (words, option.opts[-1])
-        for words, command in every_command()
-        for option in command.params
-        if isinstance(option, click.Option) and not option.is_flag and not option.multiple
-    ]
-    assert ("sweep run", "--record") in options
-    for words, option in options:
-        line = refused(f"{words} {option} 1 {option}=1")
-        assert line.startswith(f"tt-precise: {option}: got it 2 times, expected it once")
-
-
 @pytest.mark.usefixtures("few_lanes")
 def test_options_that_are_lists_are_given_several_times(said: Said) -> None:
     said("sweep reference --vary mu=0.3 --vary omega_3=155 --until 0.01 --workers 1 --recheck 0")
@@ -280,7 +266,6 @@ def test_a_command_that_people_try_names_the_one_that_does_it(
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("run", "reference", "--plot"), "requires an argument. Plot the trajectory (.svg"),
         (("run", "reference", "--mu", "0.2"), "'--mu'. It stands in the scene's file: `tt-precise "
          "scene new top.toml`."),
         (("run", "reference", "--csv", "a"), "See `tt-precise run --help`."),

@@ -27,7 +27,7 @@ def test_the_run_behind_the_verdicts_is_named(said: Said, monkeypatch: pytest.Mo
 
 
 def test_filters_combine(printed: Printed) -> None:
-    asked = "--verdict misprint,refuted --kind equation --kind theorem,number"
+    asked = "--verdict misprint,refuted --kind equation,theorem,number"
     assert printed(CHEAP, asked)["counts"] == printed(CHEAP, "--verdict misprint")["counts"]
     found = printed(CHEAP, "--verdict misprint --kind equation")
     assert [claim["id"] for claim in found["claims"]] == ["EQ-26", "EQ-29"]
