@@ -5,6 +5,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import mpmath
+import numpy
 
 from tt_precise.taylor.system import StepBlock, System, moments, numbers_of
 
@@ -68,36 +69,36 @@ PROBLEMS = {
 
 @cache
 def system(name: str, limbs: int) -> System:
+    """The compiled problem; its outputs are the first component less 2, and its rate."""
     problem = PROBLEMS[name]
-    return System(
-        limbs,
-        len(problem.start),
-        len(problem.parameters),
-        lambda y, p, fn: (problem.rates(y, p, fn), [y[0] - 2, problem.rates(y, p, fn)[0]]),
-    )
+
+    def define(y: Any, p: Any, fn: Any) -> Any:
+        rates = problem.rates(y, p, fn)
+        return rates, [y[0] - 2, rates[0]]
+
+    return System(limbs, len(problem.start), len(problem.parameters), define)
 
 
-def pieces(name: str, limbs: int, tolerance: float | None = None) -> list[StepBlock]:
-    return run(system(name, limbs), PROBLEMS[name], tolerance or FULL[limbs])
+def blocks(name: str, limbs: int, tolerance: float | None = None) -> list[StepBlock]:
+    return integrate(system(name, limbs), PROBLEMS[name], tolerance or FULL[limbs])
 
 
-def run(made: System, one: Problem, tolerance: float) -> list[StepBlock]:
-    initial = made.initial_data(one.start, one.parameters, FN)
-    return list(made.pieces(initial, float(one.until), tolerance))
+def integrate(compiled: System, problem: Problem, tolerance: float) -> list[StepBlock]:
+    initial = compiled.initial_data(problem.start, problem.parameters, FN)
+    return list(compiled.pieces(initial, float(problem.until), tolerance))
 
 
-def at(piece: StepBlock, time: Any) -> tuple[Any, ...]:
-    return numbers_of(piece.at(moments([FN.mpf(time)]))[0], FN)
-
-
-def error(name: str, found: tuple[Any, ...], time: Any) -> Any:
+def error(name: str, block: StepBlock, time: Any) -> Any:
+    """Largest distance from the closed form at a time, relative to the largest component."""
+    step = max(int((block.begins[:, 0] <= float(time)).sum()) - 1, 0)
+    row = numbers_of(block.rows(numpy.array([step]), moments([FN.mpf(time)]))[0], FN)
     exact = PROBLEMS[name].solution(FN.mpf(time))
-    scale = max(map(abs, exact))
-    return max(abs(a - b) for a, b in zip(found, exact, strict=False)) / scale
+    return max(abs(a - b) for a, b in zip(row, exact, strict=False)) / max(map(abs, exact))
 
 
-def bits(piece: StepBlock) -> list[bytes]:
-    """Return the bits of the steps, of their series, and of values in their middle, all limbs."""
-    middle = moments(FN.mpf(t) for t in piece.begins[:, 0] + piece.lengths * piece.units / 3)
-    found = (piece.lengths, piece.coefficients, piece.end_row, piece.suspect, piece.at(middle))
-    return [one.tobytes() for one in found]
+def bits(block: StepBlock) -> list[bytes]:
+    """The bits of the steps, of their series, and of values in their middle, all limbs."""
+    middle = moments(FN.mpf(t) for t in block.begins[:, 0] + block.lengths * block.units / 3)
+    values = block.rows(numpy.arange(len(block.lengths)), middle)
+    arrays = (block.lengths, block.coefficients, block.end_row, block.suspect, values)
+    return [array.tobytes() for array in arrays]

@@ -1,4 +1,4 @@
-"""The emitted arithmetic of several doubles against mpmath, and the emitted loop."""
+"""The emitted arithmetic of several doubles against mpmath."""
 
 import ctypes
 from collections.abc import Callable, Sequence
@@ -6,7 +6,6 @@ from fractions import Fraction
 from typing import Any
 
 import llvmlite.binding as llvm
-import mpmath
 import numpy
 import pytest
 from llvmlite import ir
@@ -14,8 +13,7 @@ from llvmlite import ir
 from tests.taylor.problems import FN
 from tt_precise.taylor.emit import LN_2, Emitter, SeveralDoubles, nearest
 
-# Four units in the last place of the last limb.
-BOUND = {1: FN.mpf(2) ** -51, 2: FN.mpf(2) ** -102, 3: FN.mpf(2) ** -154}
+BOUND = {limbs: FN.mpf(2) ** -bits for limbs, bits in {1: 51, 2: 102, 3: 154}.items()}
 A, B = Fraction(22, 7), -Fraction(10**40 + 1, 3 * 10**39)
 Operation = Callable[[SeveralDoubles, Any, Any], Any]
 OPERATIONS: dict[str, tuple[Operation, Callable[[Any, Any], Any]]] = {
@@ -23,12 +21,12 @@ OPERATIONS: dict[str, tuple[Operation, Callable[[Any, Any], Any]]] = {
     "product": (lambda ops, a, b: ops.product(a, b), lambda a, b: a * b),
     "quotient": (lambda ops, a, b: ops.quotient(a, b), lambda a, b: a / b),
     "root": (lambda ops, a, b: ops.root(a), lambda a, b: FN.sqrt(a)),
+    "exponential": (lambda ops, a, b: ops.exponential(b), lambda a, b: FN.exp(b)),
 }
-EXPONENTIAL = (lambda ops, a, b: ops.exponential(b), lambda a, b: FN.exp(b))
 
 
-def called(write: Callable[[Emitter], None], data: Sequence[float], results: int) -> list[float]:
-    """Compile a function of two pointers, and call it: what it stores behind the second."""
+def results(write: Callable[[Emitter], None], data: Sequence[float], count: int) -> list[float]:
+    """Compile a function of two pointers, call it, and return the numbers behind the second."""
     module = ir.Module("test")
     emitter = Emitter(module, "f", "pp", ir.VoidType())
     write(emitter)
@@ -41,8 +39,8 @@ def called(write: Callable[[Emitter], None], data: Sequence[float], results: int
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(str(module)), machine)
     engine.finalize_object()
     function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
-    given, into = numpy.array(data, float), numpy.zeros(results)
-    function(engine.get_function_address("f"))(given.ctypes.data, into.ctypes.data)
+    source, into = numpy.array(data, float), numpy.zeros(count)
+    function(engine.get_function_address("f"))(source.ctypes.data, into.ctypes.data)
     return list(into.tolist())
 
 
@@ -56,20 +54,17 @@ def error(limbs: int, emitted: Operation, exact: Callable[[Any, Any], Any]) -> A
         for i, limb in enumerate(emitted(ops, a, b)):
             emitter.store(limb, into, i)
 
-    found = called(write, numbers[0] + numbers[1], limbs)
-    expected = exact(*(sum(map(FN.mpf, number)) for number in numbers))
-    return abs(sum(map(FN.mpf, found)) / expected - 1)
+    value = sum(map(FN.mpf, results(write, numbers[0] + numbers[1], limbs)))
+    return abs(value / exact(*(sum(map(FN.mpf, number)) for number in numbers)) - 1)
 
 
-@pytest.mark.parametrize("limbs", [1, 2, 3])
-@pytest.mark.parametrize("name", OPERATIONS)
+CASES = [(name, limbs) for name in OPERATIONS for limbs in (1, 2, 3)]
+CASES.remove(("exponential", 1))  # its squarings lose more of a single double
+
+
+@pytest.mark.parametrize(("name", "limbs"), CASES)
 def test_an_operation_loses_a_few_units_of_the_last_limb(name: str, limbs: int) -> None:
     assert error(limbs, *OPERATIONS[name]) < BOUND[limbs]
-
-
-@pytest.mark.parametrize("limbs", [2, 3])
-def test_an_exponential_has_the_digits_of_its_limbs(limbs: int) -> None:
-    assert error(limbs, *EXPONENTIAL) < BOUND[limbs]
 
 
 def test_without_the_last_limb_the_bound_is_exceeded() -> None:
@@ -80,18 +75,6 @@ def test_without_the_last_limb_the_bound_is_exceeded() -> None:
 
 
 def test_limbs_are_nearest_to_the_remainders() -> None:
-    with mpmath.workprec(400):
-        exact = mpmath.log(2)
-        found = [mpmath.mpf(limb) for limb in nearest(LN_2, 3)]
-        for count in (1, 2, 3):
-            assert abs(exact - sum(found[:count])) < abs(found[count - 1]) * mpmath.mpf(2) ** -53
-
-
-def test_a_loop_accumulates() -> None:
-    def write(emitter: Emitter) -> None:
-        data, into = emitter.arguments
-        with emitter.loop(emitter.i(0), emitter.i(4), [emitter.d(1.0)]) as (i, values):
-            values[0] = emitter.b.fmul(values[0], emitter.load(data, i))
-        emitter.store(values[0], into, 0)
-
-    assert called(write, [2.0, 3.0, 5.0, 7.0], 1) == [210.0]
+    limbs = list(map(FN.mpf, nearest(LN_2, 3)))
+    for count in (1, 2, 3):
+        assert abs(FN.ln2 - sum(limbs[:count])) < abs(limbs[count - 1]) * FN.mpf(2) ** -53

@@ -2,40 +2,35 @@
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import pytest
 
-from tests.taylor.problems import FN, FULL, PROBLEMS, bits, pieces, system
-from tt_precise.taylor.machine import Machine
+from tests.taylor.problems import FULL, PROBLEMS, bits, integrate, system
+from tt_precise.taylor import machine
 
 
 @pytest.mark.parametrize("limbs", [2, 3])
-def test_the_same_bits_again_and_on_a_plainer_processor(limbs: int) -> None:
-    name = "root"
-    made = system(name, limbs)
-    quick = made.machine
-    first, again = pieces(name, limbs), pieces(name, limbs)
-    others = [again]
-    for features in (None, ""):  # "": no AVX2, no FMA
-        made.machine = Machine(made.kernel.text(), features)
-        others.append(pieces(name, limbs))
-    made.machine = quick
-    for other in others:
-        assert len(other) == len(first)
-        for a, b in zip(first, other, strict=True):
-            assert bits(a) == bits(b)
+def test_bits_are_those_of_any_processor_and_level_of_optimisation(
+    limbs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The features "" are those of every processor of the kind: no AVX2, no FMA."""
+    root = system("root", limbs)
+    solutions = []
+    for level, features, brief in ((0, None, False), (2, None, False), (0, "", False), (2, "", 1)):
+        monkeypatch.setattr(machine, "OPTIMISATION", level)
+        compiled = machine.Machine(root.kernel.text(), features, brief=bool(brief))
+        monkeypatch.setattr(root, "machine", compiled)
+        solutions.append([bits(b) for b in integrate(root, PROBLEMS["root"], FULL[limbs])])
+    assert all(solution == solutions[0] for solution in solutions)
 
 
 def test_threads_share_one_machine() -> None:
-    made, one = system.__wrapped__("root", 2), PROBLEMS["root"]
-    initial = made.initial_data(one.start, one.parameters, FN)
-    barrier = threading.Barrier(8)
+    root, barrier = system.__wrapped__("root", 2), threading.Barrier(8)
 
-    def run() -> Any:
+    def solution() -> list[list[bytes]]:
         barrier.wait()
-        return [limb for block in made.pieces(initial, 3.0, FULL[2]) for limb in bits(block)]
+        return [bits(block) for block in integrate(root, PROBLEMS["root"], FULL[2])]
 
     with ThreadPoolExecutor(8) as pool:
-        found = [future.result() for future in [pool.submit(run) for _ in range(8)]]
-    assert all(other == found[0] for other in found)
+        solutions = [future.result() for future in [pool.submit(solution) for _ in range(8)]]
+    assert all(other == solutions[0] for other in solutions)

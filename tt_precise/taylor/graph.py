@@ -97,22 +97,22 @@ class Graph:
     """
 
     def __init__(self, components: int, parameters: int):
-        self._known: dict[Any, Any] = {}
-        self._places: dict[Any, int] = {}
+        self._nodes: dict[Any, Any] = {}
+        self._positions: dict[Any, int] = {}
         self.components = [self.series("component", i) for i in range(components)]
         self.parameters = [self._once(Constant, "parameter", (i,)) for i in range(parameters)]
-        self.turning: dict[Traced, tuple[Traced, Traced]] = {}
+        self.turning: dict[Traced, tuple[Traced, ...]] = {}
 
     def position(self, node: Any) -> int:
         """A number that orders the graph: operands come before their results."""
-        return self._places[node]
+        return self._positions[node]
 
     def _once(self, kind: type, name: str, args: tuple[Any, ...]) -> Any:
         key = kind, name, args
-        if key not in self._known:
-            made = self._known[key] = kind(self, name, args)
-            self._places[made] = len(self._places)
-        return self._known[key]
+        if key not in self._nodes:
+            node = self._nodes[key] = kind(self, name, args)
+            self._positions[node] = len(self._positions)
+        return self._nodes[key]
 
     def series(self, kind: str, *args: Any) -> Traced:
         """The series of this kind, made once."""
@@ -214,12 +214,11 @@ class Graph:
         """An angle that no rate needs: Euler angles have theta beside the rate of phi."""
         return self.series("angle", y, x)
 
-    def _sine_cosine(self, angle: Traced) -> tuple[Traced, Traced]:
+    def _sine_cosine(self, angle: Traced) -> tuple[Traced, ...]:
         if angle not in self.turning:
             first = len(self.components)
-            made = self.series("component", first), self.series("component", first + 1)
-            self.components += made
-            self.turning[angle] = made
+            self.turning[angle] = tuple(self.series("component", first + i) for i in (0, 1))
+            self.components += self.turning[angle]
         return self.turning[angle]
 
     def with_turning(self, rates: Sequence[Scalar]) -> list[Scalar]:
@@ -246,16 +245,16 @@ class Graph:
         return extended
 
 
-def in_order(graph: Graph, wanted: Iterable[Scalar]) -> list[Traced]:
-    """The series ``wanted`` and all their operands, operands first."""
-    reached: set[Traced] = set()
-    left = [name for name in wanted if isinstance(name, Traced)]
-    while left:
-        node = left.pop()
-        if node not in reached:
-            reached.add(node)
-            left += node.operands
-    return sorted(reached, key=graph.position)
+def in_order(graph: Graph, results: Iterable[Scalar]) -> list[Traced]:
+    """The series ``results`` and all their operands, operands first."""
+    nodes: set[Traced] = set()
+    stack = [result for result in results if isinstance(result, Traced)]
+    while stack:
+        node = stack.pop()
+        if node not in nodes:
+            nodes.add(node)
+            stack += node.operands
+    return sorted(nodes, key=graph.position)
 
 
 def constants_of(series: Sequence[Traced]) -> list[Constant]:

@@ -24,6 +24,7 @@ COSINE_BITS = 200  # Bits of the cosines of the nodes, of which conversions lose
 # Length of a step of Newton's that is not taken. Lengths are squared from step to step, so that the
 # next one is a length times the square of its ratio to the one before.
 SETTLED = 2.0**-53
+MOST_PRODUCTS = 2**18  # Multiplications of a matrix product; of more BLAS makes several threads.
 MOST_NEWTONS = 60  # steps to a zero, of which most are halvings where Newton's leave the bracket
 
 
@@ -65,23 +66,26 @@ def _matrix(count: int) -> Array:
         [[(-1) ** k * ends[j] * ends[k] * turn[j * k % (2 * n)] for j in numbers] for k in numbers],
         dtype=object,
     )
-    bernstein = [
-        [
-            sum((-1) ** (k - j) * math.comb(2 * k, 2 * j) * math.comb(n - k, i - j)
-                for j in range(min(i, k) + 1) if i - j <= n - k)
-            for k in numbers
-        ]
-        for i in numbers
-    ]  # fmt: skip
     monomial = numpy.zeros((count, count), dtype=object)
     monomial[0, 0] = monomial[1, 1] = 1
     for k in numbers[2:]:
         monomial[1:, k] = 2 * monomial[:-1, k - 1]
         monomial[:, k] -= monomial[:, k - 2]
+    bernstein = numpy.array([[_shares(n, i, j) for j in numbers] for i in numbers], dtype=object)
     scale = 2 * n * 2**COSINE_BITS
     shares = numpy.array([[scale * math.comb(n, i)] for i in numbers], dtype=object)
-    parts = numpy.array(bernstein, dtype=object) @ chebyshev / shares, chebyshev[-LAST:] / scale
-    return numpy.concatenate([*parts, monomial @ chebyshev / scale]).astype(float)
+    monomial = monomial @ chebyshev
+    parts = bernstein @ monomial / shares, chebyshev[-LAST:] / scale, monomial / scale
+    return numpy.concatenate(parts).astype(float)
+
+
+def _shares(n: int, i: int, j: int) -> int:
+    """C(n, i) times Bernstein's coefficient i, in degree n, of u^j.
+
+    The power is a product of j factors x - (1 - x) and n - j factors x + (1 - x).
+    """
+    terms = range(min(i, j) + 1)
+    return sum((-1) ** (j - k) * math.comb(j, k) * math.comb(n - j, i - k) for k in terms)
 
 
 def through(table: Array, bent: Array) -> Polynomials:
@@ -89,8 +93,11 @@ def through(table: Array, bent: Array) -> Polynomials:
 
     ``bent`` marks those whose functions may have a bend.
     """
-    count = table.shape[-2]
-    coefficients = _matrix(count) @ table
+    count, matrix = table.shape[-2], _matrix(table.shape[-2])
+    coefficients = numpy.empty((*table.shape[:-2], len(matrix), table.shape[-1]))
+    for first in range(0, table.shape[-1], MOST_PRODUCTS // matrix.size):
+        columns = slice(first, first + MOST_PRODUCTS // matrix.size)
+        numpy.matmul(matrix, table[..., columns], out=coefficients[..., columns])
     last = abs(coefficients[..., count : count + LAST, :])
     tail = last[..., 1:, :].sum(axis=-2)
     if bent.any():
@@ -137,10 +144,10 @@ def zero_between(
     both[:-1, 1] = polynomials[1:] * numpy.arange(1, len(polynomials))[:, None]
     with numpy.errstate(all="ignore"):
         for _ in range(MOST_NEWTONS):
-            value, rate = found = both[-1].copy()
+            value, rate = sums = both[-1].copy()
             for coefficients in both[-2::-1]:
-                found *= at
-                found += coefficients
+                sums *= at
+                sums += coefficients
             behind = value * direction >= 0
             low, high = numpy.where(behind, low, at), numpy.where(behind, at, high)
             nearer = at - value / rate

@@ -75,7 +75,7 @@ class Kernel:
     def work(self, order: int) -> int:
         """The number of doubles in the working memory of ``run``."""
         lanes = 2 * (order + 2) * self.width + 2 * self.width
-        return self.limbs * lanes + self.width + self.columns
+        return self.limbs * lanes + 2 * self.width + self.columns
 
     def text(self) -> str:
         """The module: functions ``run`` and ``rows``."""
@@ -155,7 +155,8 @@ class _RunWriter:
         rest = e.behind(work, taken[-1])
         self.sums = [e.behind(rest, k * width) for k in limbs]
         self.inverses = [e.behind(rest, (kernel.limbs + k) * width) for k in limbs]
-        self.latest = e.behind(rest, 2 * kernel.limbs * width)  # products of the order before
+        self.initial = e.behind(rest, 2 * kernel.limbs * width)  # products of order 0
+        self.latest = e.behind(self.initial, width)  # products of the order before
         self.next_row = e.behind(self.latest, width)
 
     def write(self) -> None:
@@ -180,7 +181,7 @@ class _RunWriter:
                     self._coefficients(limbs, n)
                 initial = e.order(self.orders, limbs)
                 if limbs > 1:
-                    self.sizes[limbs] = self._largest(self.latest, len(kernel.pairs))
+                    self.sizes[limbs] = self._largest_product()
             h = self._length()
             e.store(h, time, 1 + MOST_LIMBS)
             e.store(self._may_vanish(h), time, 2 + MOST_LIMBS)
@@ -220,14 +221,9 @@ class _RunWriter:
 
         And in which products are as small as ``orders`` supposes where one limb less begins.
         """
-        e, components = self.e, len(self.kernel.components)
-
-        def largest_of(n: Value) -> Value:
-            row = e.behind(self.block[0], e.index(n, self.kernel.columns))
-            return self._largest(row, components)
-
-        allowed = e.b.fmul(largest_of(e.i(0)), self.tolerance)
-        checked = [(n, largest_of(n), 1.0) for n in (self.order, e.b.sub(self.order, e.i(1)))]
+        e = self.e
+        allowed = e.b.fmul(self._largest(e.i(0)), self.tolerance)
+        checked = [(n, self._largest(n), 1.0) for n in (self.order, e.b.sub(self.order, e.i(1)))]
         for limbs, size in self.sizes.items():
             last = e.b.sub(e.order(self.orders, limbs), e.i(1))
             checked.append((last, size, 2.0 ** (53 * (limbs - 1))))
@@ -257,10 +253,25 @@ class _RunWriter:
             vanishes = e.b.or_(vanishes, e.b.not_(small))
         return e.b.uitofp(vanishes, DOUBLE)
 
-    def _largest(self, pointer: Value, count: int) -> Value:
+    def _largest(self, n: Value) -> Value:
+        """The largest coefficient of order n of the components."""
         e = self.e
-        with e.loop(e.i(0), e.i(count), [e.d(0.0)]) as (i, largest):
-            largest[0] = e.call("maxnum", largest[0], e.call("fabs", e.load(pointer, i)))
+        row = e.behind(self.block[0], e.index(n, self.kernel.columns))
+        with e.loop(e.i(0), e.i(len(self.kernel.components)), [e.d(0.0)]) as (i, largest):
+            largest[0] = e.call("maxnum", largest[0], e.call("fabs", e.load(row, i)))
+        return largest[0]
+
+    def _largest_product(self) -> Value:
+        """The largest of the latest products, in the scale of the components.
+
+        A product that exceeds all components, such as 1/v near rest, counts relative to its own
+        value: measured against the components, it would stop the steps.
+        """
+        e, scale = self.e, self._largest(self.e.i(0))
+        with e.loop(e.i(0), e.i(len(self.kernel.pairs)), [e.d(0.0)]) as (i, largest):
+            own = e.call("maxnum", e.call("fabs", e.load(self.initial, i)), scale)
+            size = e.b.fmul(e.call("fabs", e.load(self.latest, i)), e.b.fdiv(scale, own))
+            largest[0] = e.call("maxnum", largest[0], size)
         return largest[0]
 
     def _sums(self, n: Value, limbs: int) -> None:
@@ -298,7 +309,8 @@ class _RunWriter:
                 value[node] = getattr(self, f"_{node.kind}")(node, value)
         for node, pair in kernel.pairs.items():
             if limbs > 1:
-                e.store(value[node][0], self.latest, kernel.lane[node])
+                products = self.initial if first else self.latest
+                e.store(value[node][0], products, kernel.lane[node])
             position = e.index(n, kernel.width, kernel.lane[node])
             for operand, side in zip(pair, (self.left, self.right), strict=True):
                 self._write(value[operand], side, position)

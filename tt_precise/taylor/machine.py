@@ -22,9 +22,9 @@ _LETTERS = {
 }  # fmt: skip
 
 
-# Of the code generator. At 0 it takes a third of the time, for the same bits in steps of twice the
-# time: less in all for runs of seconds, more for thousands of steps.
-OPTIMISATION = 2
+# Levels of the code generator, of long motions and of brief ones. Level 0 takes a third of the
+# time, for the same bits in steps of twice the time: less in all up to a thousand steps.
+OPTIMISATION, BRIEF = 2, 0
 
 
 class Machine:
@@ -35,7 +35,7 @@ class Machine:
     all of these.
     """
 
-    def __init__(self, text: str, features: str | None = None):
+    def __init__(self, text: str, features: str | None = None, *, brief: bool = False):
         import llvmlite.binding as llvm
 
         llvm.initialize_native_target()
@@ -46,7 +46,7 @@ class Machine:
         machine = llvm.Target.from_default_triple().create_target_machine(
             cpu="" if plain else llvm.get_host_cpu_name(),
             features=features if plain else llvm.get_host_cpu_features().flatten(),
-            opt=OPTIMISATION,
+            opt=BRIEF if brief else OPTIMISATION,
         )
         # only the code generator optimises: the loops are vectors already, and LLVM's passes before
         # it take three times as long for 5 % (13 % in triple-double) of a step. Its vectoriser of

@@ -8,13 +8,14 @@ mpmath's or MPFR's numbers, heyoka's expressions, balls, or ``Sized`` numbers.
 
 from __future__ import annotations
 
+import functools
 import operator
 from collections.abc import Callable, Sequence
 from typing import Any, Self
 
 import numpy
 
-from tt_precise.runtime.values import Array, Functions, InputError, Ring, Scalar
+from tt_precise.runtime.values import Array, Functions, Ring, Scalar
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
@@ -27,20 +28,7 @@ def convolution(a: Sequence[Scalar], b: Sequence[Scalar]) -> list[Scalar]:
     return [_dot(a[: k + 1], b[k::-1]) for k in range(len(a))]
 
 
-def powered(base: Scalar, power: Scalar) -> Scalar:
-    """A product of equal factors.
-
-    Raises ``InputError``: the power is not a whole number above 0.
-    """
-    if not isinstance(power, int) or power < 1:
-        raise InputError(
-            f"power: got {power}, expected a whole number above 0; roots are motion.fn.sqrt, and "
-            "quotients are written as such"
-        )
-    return base if power == 1 else base * powered(base, power - 1)
-
-
-class TaylorSeries:
+class TaylorSeries(Ring):
     """``sum(s[k] h**k)``; ``step(c, k)`` gives coefficient k from the earlier coefficients c."""
 
     __slots__ = ("c", "step")
@@ -70,32 +58,20 @@ class TaylorSeries:
             return self.new(lambda c, k: self[k] + other[k])
         return self.new(lambda c, k: self[k] if k else self[0] + other)
 
-    __radd__ = __add__
-
     def __neg__(self) -> TaylorSeries:
         return self.new(lambda c, k: -self[k])
-
-    def __sub__(self, other: Scalar) -> TaylorSeries:
-        if isinstance(other, TaylorSeries):
-            return self.new(lambda c, k: self[k] - other[k])
-        return self.new(lambda c, k: self[k] if k else self[0] - other)
-
-    def __rsub__(self, other: Scalar) -> TaylorSeries:
-        return self.new(lambda c, k: -self[k] if k else other - self[0])
 
     def __mul__(self, other: Scalar) -> TaylorSeries:
         if isinstance(other, TaylorSeries):
             return self.new(lambda c, k: _dot(self.upto(k)[: k + 1], other.upto(k)[k::-1]))
         return self.new(lambda c, k: self[k] * other)
 
-    __rmul__ = __mul__
-
     def __abs__(self) -> TaylorSeries:
         return self.new(lambda c, k: self[k] * numpy.sign(self[0]) if k else abs(self[0]))
 
     def __pow__(self, power: Scalar) -> Scalar:
         if isinstance(power, int) and power > 0:
-            return powered(self, power)
+            return functools.reduce(operator.mul, [self] * power)
 
         def step(c: list[Scalar], k: int) -> Scalar:
             # with f = s^p, f' s = p f s'
@@ -117,7 +93,7 @@ class TaylorSeries:
         return self.new(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
 
 
-class Truncated(Ring, TaylorSeries):
+class Truncated(TaylorSeries):
     """A series cut off behind its last coefficient, of arrays: ``c`` has shape (terms, rows).
 
     Sums and products are those of whole arrays: a polynomial of few rows takes a quarter of the
@@ -158,6 +134,22 @@ class Truncated(Ring, TaylorSeries):
         )
 
 
+def _of_series(function: Callable[..., Scalar]) -> Callable[..., Scalar]:
+    """Leave plain numbers to the arithmetic's own function of the same name."""
+
+    @functools.wraps(function)
+    def of_series(self: SeriesFunctions, *arguments: Scalar) -> Scalar:
+        if not any(isinstance(value, TaylorSeries) for value in arguments):
+            return getattr(self.fn, function.__name__)(*arguments)
+        return function(self, *map(_as_series, arguments))
+
+    return of_series
+
+
+def _as_series(value: Scalar) -> TaylorSeries:
+    return value if isinstance(value, TaylorSeries) else constant(value)
+
+
 class SeriesFunctions:
     """The functions of series whose coefficients have the functions ``fn``."""
 
@@ -170,7 +162,7 @@ class SeriesFunctions:
         """Return the length of a plane vector that is not zero, without underflow of squares."""
         if not isinstance(x, TaylorSeries) and not isinstance(y, TaylorSeries):
             return self.fn.hypot(x, y)
-        x, y = (value if isinstance(value, TaylorSeries) else constant(value) for value in (x, y))
+        x, y = _as_series(x), _as_series(y)
 
         def step(c: list[Scalar], k: int) -> Scalar:
             if not k:
@@ -184,60 +176,51 @@ class SeriesFunctions:
 
         return TaylorSeries(step)
 
+    @_of_series
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root; its first coefficient is not zero."""
-        if not isinstance(value, TaylorSeries):
-            return self.fn.sqrt(value)
 
         def step(c: list[Scalar], k: int) -> Scalar:
             if not k:
                 return self.fn.sqrt(value[0])
-            left = value[k] - _dot(c[1:], c[:0:-1]) if k > 1 else value[k]
-            return left / (2 * c[0])
+            rest = value[k] - _dot(c[1:], c[:0:-1]) if k > 1 else value[k]
+            return rest / (2 * c[0])
 
         return value.new(step)
 
+    @_of_series
     def exp(self, value: Scalar) -> Scalar:
         """The exponential: e' = value' e."""
-        if not isinstance(value, TaylorSeries):
-            return self.fn.exp(value)
 
         def step(c: list[Scalar], k: int) -> Scalar:
-            if not k:
-                return self.fn.exp(value[0])
             return _dot(_rate(value.upto(k)[: k + 1]), c[::-1]) / k
 
-        return value.new(step)
+        return TaylorSeries(step, [self.fn.exp(value[0])])
 
+    @_of_series
     def sin(self, angle: Scalar) -> Scalar:
         return self._sine_cosine(angle)[0]
 
+    @_of_series
     def cos(self, angle: Scalar) -> Scalar:
         return self._sine_cosine(angle)[1]
 
-    def _sine_cosine(self, angle: Scalar) -> tuple[Scalar, Scalar]:
-        if not isinstance(angle, TaylorSeries):
-            return self.fn.sin(angle), self.fn.cos(angle)
-
+    def _sine_cosine(self, angle: TaylorSeries) -> tuple[TaylorSeries, TaylorSeries]:
         def sine_step(c: list[Scalar], k: int) -> Scalar:
-            if not k:
-                return self.fn.sin(angle[0])
             return _dot(_rate(angle.upto(k)[: k + 1]), cosine.upto(k - 1)[k - 1 :: -1]) / k
 
         def cosine_step(c: list[Scalar], k: int) -> Scalar:
-            if not k:
-                return self.fn.cos(angle[0])
             return -_dot(_rate(angle.upto(k)[: k + 1]), sine.upto(k - 1)[k - 1 :: -1]) / k
 
-        sine, cosine = TaylorSeries(sine_step), TaylorSeries(cosine_step)
+        sine = TaylorSeries(sine_step, [self.fn.sin(angle[0])])
+        cosine = TaylorSeries(cosine_step, [self.fn.cos(angle[0])])
         return sine, cosine
 
+    @_of_series
     def log(self, value: Scalar) -> Scalar:
         """The natural logarithm: l' = value'/value."""
-        if not isinstance(value, TaylorSeries):
-            return self.fn.log(value)
-        turning = rate(value) / value
-        return TaylorSeries(lambda c, k: turning[k - 1] / k if k else self.fn.log(value[0]))
+        slope = rate(value) / value
+        return TaylorSeries(lambda c, k: slope[k - 1] / k, [self.fn.log(value[0])])
 
     def atan(self, value: Scalar) -> Scalar:
         """The angle between -pi/2 and pi/2 of which ``value`` is the tangent."""
@@ -254,14 +237,11 @@ class SeriesFunctions:
         """The angle between 0 and pi of which ``value``, between -1 and 1, is the cosine."""
         return self.atan2(self.sqrt(1 - value * value), value)
 
+    @_of_series
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
         """The angle of the point (x, y), which is not the origin."""
-        if not isinstance(y, TaylorSeries) and not isinstance(x, TaylorSeries):
-            return self.fn.atan2(y, x)
-        y, x = (value if isinstance(value, TaylorSeries) else constant(value) for value in (y, x))
-        square = x * x + y * y
-        turning = (x * rate(y) - y * rate(x)) / square
-        return TaylorSeries(lambda c, k: turning[k - 1] / k if k else self.fn.atan2(y[0], x[0]))
+        slope = (x * rate(y) - y * rate(x)) / (x * x + y * y)
+        return TaylorSeries(lambda c, k: slope[k - 1] / k, [self.fn.atan2(y[0], x[0])])
 
 
 def constant(value: Scalar) -> TaylorSeries:
@@ -296,26 +276,6 @@ def solution(
     components = tuple(component(i, first) for i, first in enumerate(start))
     slopes += rates(components)
     return components
-
-
-ROWS = 2048  # at a time, so that all series between stay in the cache
-
-
-def coefficients(
-    rates: Callable[[tuple[TaylorSeries, ...]], Sequence[Scalar]],
-    start: Sequence[Array],
-    terms: int,
-) -> Array:
-    """Coefficients of the solutions through many rows: shape (components, ``terms`` + 1, rows).
-
-    ``start`` holds an array for each component; ``rates`` hold for every row alike.
-    """
-    table = numpy.empty((len(start), terms + 1, len(start[0])))
-    for first in range(0, table.shape[2], ROWS):
-        rows = slice(first, first + ROWS)
-        for c, series in zip(table, solution(rates, [x[rows] for x in start]), strict=True):
-            c[:, rows] = series.upto(terms)
-    return table
 
 
 class Sized(Ring):
@@ -406,39 +366,33 @@ class SizedFunctions:
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The positive root."""
-        return _shift(value, numpy.sqrt, lambda x: 0.5 / numpy.sqrt(x))
+        return _propagate(numpy.sqrt, lambda x: [0.5 / numpy.sqrt(x)], value)
 
     def exp(self, value: Scalar) -> Scalar:
-        return _shift(value, numpy.exp, numpy.exp)
+        return _propagate(numpy.exp, lambda x: [numpy.exp(x)], value)
 
     def sin(self, value: Scalar) -> Scalar:
-        return _shift(value, numpy.sin, numpy.cos)
+        return _propagate(numpy.sin, lambda x: [numpy.cos(x)], value)
 
     def cos(self, value: Scalar) -> Scalar:
-        return _shift(value, numpy.cos, numpy.sin)
+        return _propagate(numpy.cos, lambda x: [numpy.sin(x)], value)
 
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:
         """The length of a plane vector, without underflow of squares."""
-        if not isinstance(y, Sized) and not isinstance(x, Sized):
-            return numpy.hypot(x, y)
-        kind = x if isinstance(x, Sized) else y
-        x, y = (value if isinstance(value, Sized) else Sized(value, 0.0) for value in (x, y))
-        length = numpy.hypot(x.value, y.value)
-        return kind.result(length, abs(x.value / length) * x.size + abs(y.value / length) * y.size)
+        return _propagate(numpy.hypot, lambda x, y: [c / numpy.hypot(x, y) for c in (x, y)], x, y)
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
-        if not isinstance(y, Sized) and not isinstance(x, Sized):
-            return numpy.arctan2(y, x)
-        kind = x if isinstance(x, Sized) else y
-        y, x = (value if isinstance(value, Sized) else Sized(value, 0.0) for value in (y, x))
-        spread = abs(x.value) * y.size + abs(y.value) * x.size
-        square = x.value * x.value + y.value * y.value
-        return kind.result(numpy.arctan2(y.value, x.value), spread / square)
+        return _propagate(numpy.arctan2, lambda y, x: [c / (x * x + y * y) for c in (x, y)], y, x)
 
 
-def _shift(
-    value: Scalar, function: Callable[[Scalar], Scalar], slope: Callable[[Scalar], Scalar]
+def _propagate(
+    function: Callable[..., Scalar], slopes: Callable[..., list[Scalar]], *arguments: Scalar
 ) -> Scalar:
-    if not isinstance(value, Sized):
-        return function(value)
-    return value.result(function(value.value), value.size * abs(slope(value.value)))
+    """The function of numbers, of which some are ``Sized``; ``slopes`` are its partial ones."""
+    numbers = [x.value if isinstance(x, Sized) else x for x in arguments]
+    value, sized = function(*numbers), [x for x in arguments if isinstance(x, Sized)]
+    if not sized:
+        return value
+    pairs = zip(arguments, slopes(*numbers), strict=True)
+    terms = [x.size * abs(slope) for x, slope in pairs if isinstance(x, Sized)]
+    return sized[0].result(value, sum(terms[1:], start=terms[0]))

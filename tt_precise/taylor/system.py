@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy
 from mpmath.libmp import from_float, fzero, mpf_add, mpf_sub, to_float
@@ -51,19 +51,26 @@ def orders_of(tolerance: float, most: int) -> tuple[int, int, int]:
     return at_least(3), at_least(2), order + 1
 
 
+Definition: TypeAlias = Callable[..., Any]
+"""A function of components, parameters and fn that returns rates and outputs."""
+
+
 class System:
     """y' = f(y) with parameters, for numbers of two or three ``limbs``.
 
     ``define(components, parameters, fn)`` gives the rates, and outputs as ``Kernel`` takes them.
+    A ``brief`` motion has so few steps that optimised code would not pay.
     """
 
-    def __init__(self, limbs: int, components: int, parameters: int, define: Callable[..., Any]):
+    def __init__(
+        self, limbs: int, components: int, parameters: int, define: Definition, brief: bool = False
+    ):
         from tt_precise.taylor.kernel import Kernel
 
         self.limbs, self.graph = limbs, Graph(components, parameters)
         rates, outputs = define(tuple(self.graph.components), self.graph.parameters, self.graph)
         self.kernel = Kernel(limbs, self.graph, self.graph.with_turning(rates), outputs)
-        self.machine = Machine(self.kernel.text())
+        self.machine = Machine(self.kernel.text(), brief=brief)
 
     def initial_data(
         self, start: Sequence[Scalar], parameters: Sequence[Scalar], fn: Functions
