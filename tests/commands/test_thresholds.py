@@ -46,7 +46,7 @@ def test_a_threshold_that_does_not_exist_is_no_failure(
 def test_a_threshold_that_one_method_alone_finds_fails(
     printed: Printed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    nothing = MarginalMomentum(False, reason="spoiled")
+    nothing = MarginalMomentum(reason="spoiled")
     monkeypatch.setattr("tt_precise.exact.thresholds.marginal_spin", lambda *_, **__: nothing)
     one = printed("thresholds reference --digits 10", status=1)["quantities"]["lambda_thres"]
     assert (one["independent"], one["digits_agreed"]) == (None, 0)

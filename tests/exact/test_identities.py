@@ -73,11 +73,9 @@ DEAR = ("the contact keeps", "rate of g_n", "lambda is constant, vectors", "rate
 )
 def test_proved(name: str) -> None:
     proof = identities.prove(name)
-    assert proof.holds
-    assert proof.failed == ()
+    assert (proof.holds, proof.failed) == (True, ())
     assert proof.residuals >= 1
     assert proof.identity.statement
-    assert proof.identity.equation
 
 
 def test_every_identity_has_a_control() -> None:
@@ -89,7 +87,6 @@ def test_spoiled_by_1e_40_it_fails(name: str, monkeypatch: pytest.MonkeyPatch) -
     CONTROLS[name](monkeypatch)
     proof = identities.IDENTITIES[name].prove(ONE_BODY)
     assert not proof.holds
-    assert proof.failed
 
 
 @pytest.mark.parametrize("name", ["Main Equation", *DEAR])
@@ -100,47 +97,10 @@ def test_for_one_body_what_holds_for_all_holds(name: str) -> None:
     assert proof.residuals >= 1
 
 
-def test_jellett_without_its_factor_fails(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The expression that the paper prints after eq (7)."""
-
-    def misprinted(body: Any, state: Any, fn: Any) -> Any:
-        s, c = fn.sin(state.theta), fn.cos(state.theta)
-        return body.R * body.I1 * state.phi_dot * s * s - body.I3 * state.omega_3 * (body.alpha - c)
-
-    monkeypatch.setattr(euler, "jellett", misprinted)
-    assert not identities.prove("lambda in Euler angles").holds
-    assert not identities.prove("lambda is constant, Euler angles").holds
-
-
-def test_points_are_the_same_each_time() -> None:
-    seen: list[Any] = []
-
-    def watch(draws: Any) -> list[int]:
-        seen.append(draws.randint(0, 10**9))
-        return [0]
-
-    watched = identities.Identity("watch", "", watch)
-    assert watched.prove().holds
-    first = seen.copy()
-    seen.clear()
-    watched.prove()
-    assert seen == first
-    assert len(set(seen)) == identities.POINTS
-
-
 def test_a_root_that_is_no_fraction_is_refused() -> None:
     assert identities.Roots.sqrt(Fraction(4, 9)) == Fraction(2, 3)
     with pytest.raises(ValueError, match="not the square of a fraction"):
         identities.Roots.sqrt(Fraction(5, 9))
-
-
-def test_one_bad_point_is_enough() -> None:
-    def once(draws: Any) -> list[int]:
-        calls.append(1)
-        return [0, int(len(calls) == identities.POINTS)]
-
-    calls: list[int] = []
-    assert identities.Identity("once", "", once).prove().failed == (1,)
 
 
 def test_nothing_is_no_proof() -> None:
@@ -157,3 +117,16 @@ def test_no_name_hides_another_identity() -> None:
 def test_refuses_unknown_names() -> None:
     with pytest.raises(InputError, match=r"identity: got 'Fermat', expected one of: .*Euler form"):
         identities.prove("Fermat")
+
+
+def test_every_point_is_tried_and_the_points_are_the_same_each_time() -> None:
+    points: list[int] = []
+
+    def fails_at_the_last(draws: Any) -> list[int]:
+        points.append(draws.randint(0, 10**9))
+        return [0, int(len(points) % identities.POINTS == 0)]
+
+    identity = identities.Identity("once", "", fails_at_the_last)
+    assert identity.prove().failed == identity.prove().failed == (1,)
+    assert points[: identities.POINTS] == points[identities.POINTS :]
+    assert len(set(points)) == identities.POINTS

@@ -38,8 +38,8 @@ def command(scene: str, digits: int, as_json: bool) -> int:
 
 def agree(thresholds: Thresholds) -> bool:
     """Return whether both determinations of each quantity agree in all digits, or in absence."""
-    agreed = [quantity.digits_agreed for quantity in thresholds.quantities.values()]
-    return all(digits is None or digits >= thresholds.digits for digits in agreed)
+    digits = thresholds.digits
+    return all(each.agreed(digits) >= digits for each in thresholds.quantities.values())
 
 
 def lines(thresholds: Thresholds) -> list[str]:

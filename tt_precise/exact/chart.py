@@ -16,6 +16,7 @@ from typing import ClassVar
 from sympy import QQ
 from sympy.polys.fields import field
 
+from tt_precise.mechanics import euler
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import NAMES, Parameters
@@ -123,6 +124,11 @@ class EulerChart(Chart):
         self.state = EulerState(*(self.symbol[name] for name in EulerState._fields))
         self._relate(self.c, self.s**2, self.c**2 + self.s**2 - 1, self.C**2 + self.S**2 - 1)
 
+    @property
+    def vectors(self) -> NewtonState:
+        """The vectors of the Euler state."""
+        return euler.vectors_from_euler(self.body, self.state, self, self.phi)
+
     def along(self, value: Scalar, rates: EulerState | RollingEulerState) -> Scalar:
         """Time derivative of ``value`` while the Euler state changes at ``rates``."""
         turning, precession = rates.theta, self.state.phi_dot
@@ -165,6 +171,11 @@ class VectorChart(Chart):
         self.state = NewtonState(*(self.symbol[name] for name in NewtonState._fields))
         kx, ky, kz = self.state.k
         self._relate(kz, 1 - kz**2, kx**2 + ky**2 + kz**2 - 1)
+
+    @property
+    def vectors(self) -> NewtonState:
+        """The state at the azimuth of the chart."""
+        return NewtonState(*map(self.here, self.state))
 
     def along(self, value: Scalar, rates: NewtonState | RollingState) -> Scalar:
         """Time derivative of ``value`` while the vector state changes at ``rates``."""

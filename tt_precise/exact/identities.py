@@ -129,13 +129,7 @@ VectorState = TypeVar("VectorState", NewtonState, RollingState)
 
 
 def prove(name: str) -> IdentityProof:
-    """Prove, or refute, one identity.
-
-    Raises
-    ------
-    InputError
-        No identity has this name.
-    """
+    """Prove, or refute, one identity; ``InputError`` if no identity has this name."""
     require_name("identity", name, IDENTITIES)
     return IDENTITIES[name].prove()
 
@@ -143,7 +137,7 @@ def prove(name: str) -> IdentityProof:
 @identity("Euler form = Newton form", "(1) to (6)")
 def _euler_is_newton(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
     """The vectors of the Euler state change as the Newton equations say."""
-    vectors = _vectors(chart)
+    vectors = chart.vectors
     by_euler = euler.rates(chart.body, chart.state, chart)
     by_newton = newton.rates(chart.body, NewtonState(*map(chart.here, vectors)))
     return _differences((chart.along(vector, by_euler) for vector in vectors), by_newton)
@@ -152,7 +146,7 @@ def _euler_is_newton(chart: EulerChartAtAzimuth0) -> Iterable[Scalar]:
 @identity("Euler angles turn with the frame", "section 1")
 def _azimuth(chart: EulerChart) -> Iterable[Scalar]:
     """The vectors of an Euler state are those at azimuth 0, rotated about z by phi."""
-    vectors = _vectors(chart)
+    vectors = chart.vectors
     straight = NewtonState(*map(chart.at_azimuth_0, vectors))
     return _differences(vectors, _rotate(straight, (chart.C, chart.S)))
 
@@ -161,11 +155,10 @@ def _azimuth(chart: EulerChart) -> Iterable[Scalar]:
 def _normal_forces(chart: EulerChart) -> Iterable[Scalar]:
     """Normal force, its numerator and its denominator are the same in both forms."""
     by_euler = euler.contact_terms(chart.body, chart.state, chart)
-    by_newton = newton.contact_terms(chart.body, _vectors(chart))
+    by_newton = newton.contact_terms(chart.body, chart.vectors)
     yield from _differences(by_euler, by_newton)
-    yield euler.normal_force(chart.body, chart.state, chart) - newton.normal_force(
-        chart.body, _vectors(chart)
-    )
+    force = euler.normal_force(chart.body, chart.state, chart)
+    yield force - newton.normal_force(chart.body, chart.vectors)
 
 
 @identity("the contact keeps", "(1), (7), (13)")
@@ -179,11 +172,10 @@ def _contact(chart: VectorChart) -> Iterable[Scalar]:
 @identity("rate of g_n", "(7)")
 def _normal_force_slope(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """d g_n/dt times the denominator of eq (7) is the slope that finds extrema of g_n."""
-    here = _here(chart)
+    here = chart.vectors
     rates = newton.rates(chart.body, here)
-    above, below = (
-        chart.along(term, rates) for term in newton.contact_terms(chart.body, chart.state)
-    )
+    terms = newton.contact_terms(chart.body, chart.state)
+    above, below = (chart.along(term, rates) for term in terms)
     slope = above - newton.normal_force(chart.body, here) * below
     yield slope - newton.normal_force_slope(chart.body, here)
 
@@ -191,7 +183,7 @@ def _normal_force_slope(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
 @identity("the axis stays a unit vector", "(1)")
 def _unit_axis(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """|k|^2 does not change, gliding or rolling."""
-    gliding = newton.rates(chart.body, _here(chart))
+    gliding = newton.rates(chart.body, chart.vectors)
     for rates in (gliding, _rolling_rates(chart)):
         yield chart.along(sum(k * k for k in chart.state.k), rates)
 
@@ -212,7 +204,7 @@ def _symmetry(draws: random.Random) -> Iterable[Scalar]:
 @identity("Euler angles there and back", "section 1")
 def _there_and_back(chart: EulerChart) -> Iterable[Scalar]:
     """Vectors of an Euler state, converted back, give its rates and velocities again."""
-    back = euler.euler_from_vectors(chart.body, _vectors(chart), chart)
+    back = euler.euler_from_vectors(chart.body, chart.vectors, chart)
     return _differences(back, chart.state)
 
 
@@ -238,17 +230,17 @@ def _jellett_euler(chart: EulerChart) -> Iterable[Scalar]:
 @identity("E falls by friction", "section 1")
 def _energy(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """dE/dt = v_A.F = -mu g_n v_A^2."""
-    state, body = _here(chart), chart.body
+    state, body = chart.vectors, chart.body
     loss = -body.mu * newton.normal_force(body, state) * (state.vx**2 + state.vy**2)
     yield _rate(chart, "E") - loss
-    yield _gliding(chart, "E_dot") - loss
+    yield _quantity(chart, "E_dot") - loss
 
 
 @identity("rates of the parts of E", "section 2.3")
 def _energy_terms(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """Translational, rotational and potential energy change at their stated rates."""
     for name in ("E_trans", "E_rot", "E_pot"):
-        yield _rate(chart, name) - _gliding(chart, f"{name}_dot")
+        yield _rate(chart, name) - _quantity(chart, f"{name}_dot")
 
 
 @identity("Main Equation", "(17), (18)")
@@ -260,19 +252,19 @@ def _main_equation(chart: EulerChart) -> Iterable[Scalar]:
 @identity("rate of D", "(11)")
 def _routh(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """dD/dt = gamma m/(alpha sqrt(d)) (z x a).v_A_dot along the Newton equations."""
-    yield _rate(chart, "D") - _gliding(chart, "D_dot")
+    yield _rate(chart, "D") - _quantity(chart, "D_dot")
 
 
 @identity("rate of E~", "(12)")
 def _modified_rate(chart: VectorChartAtAzimuth0) -> Iterable[Scalar]:
     """dE~/dt = m (omega x a).v_A_dot along the Newton equations."""
-    yield _rate(chart, "E_tilde") - _gliding(chart, "E_tilde_dot")
+    yield _rate(chart, "E_tilde") - _quantity(chart, "E_tilde_dot")
 
 
 @identity("omega_3_dot", "(4)")
 def _spin_rate(chart: VectorChart) -> Iterable[Scalar]:
     """I3 omega_3_dot = (a x F).k, and is what the derivative of L.k says."""
-    yield _rate(chart, "omega_3") - _gliding(chart, "omega_3_dot")
+    yield _rate(chart, "omega_3") - _quantity(chart, "omega_3_dot")
 
 
 @identity("rolling vectors obey Newton", "(1), v_A = 0")
@@ -327,27 +319,14 @@ def _differences(left: Iterable[Scalar], right: Iterable[Scalar]) -> list[Scalar
     return [value - other for value, other in zip(left, right, strict=True)]
 
 
-def _vectors(chart: EulerChart) -> NewtonState:
-    return euler.vectors_from_euler(chart.body, chart.state, chart, chart.phi)
-
-
-def _quantity(chart: EulerChart, name: str) -> Scalar:
-    return QUANTITIES[name].evaluate(Motion(chart.body, _vectors(chart), chart))
-
-
-def _here(chart: VectorChart) -> NewtonState:
-    return NewtonState(*map(chart.here, chart.state))
-
-
-def _gliding(chart: VectorChart, name: str) -> Scalar:
-    """A quantity at the chart's azimuth."""
-    return QUANTITIES[name].evaluate(Motion(chart.body, _here(chart), chart))
+def _quantity(chart: EulerChart | VectorChart, name: str) -> Scalar:
+    return QUANTITIES[name].evaluate(Motion(chart.body, chart.vectors, chart))
 
 
 def _rate(chart: VectorChart, name: str) -> Scalar:
     """Time derivative of a quantity along the Newton equations, by the chain rule."""
     value = QUANTITIES[name].evaluate(Motion(chart.body, chart.state, chart))
-    return chart.along(value, newton.rates(chart.body, _here(chart)))
+    return chart.along(value, newton.rates(chart.body, chart.vectors))
 
 
 def _rolling_euler_rates(chart: EulerChart) -> RollingEulerState:
@@ -420,11 +399,11 @@ def _any_force_contact_momentum(chart: ForceChart) -> Iterable[Scalar]:
     for own, other in zip(back, (L, v), strict=True):
         yield from _differences(own, other)
     # F = m (N along + further), with free symbols for all but N
-    along, further, wanted = (Fx, Fy, chart.field.one), chart.state.v[:2], Fz
-    N = contact_momentum.normal_force_along(body, k, a, L, along, further, wanted)
+    along, further, slope = (Fx, Fy, chart.field.one), chart.state.v[:2], Fz
+    N = contact_momentum.normal_force_along(body, k, a, L, along, further, slope)
     x, y = (N * part + more for part, more in zip(along, further, strict=False))
     k_ddot_side = cross(cross(a, scaled(body.m, (x, y, N))), k)[2] + cross(L, k_dot)[2]
-    yield N - body.g + body.R * body.alpha / body.I1 * k_ddot_side - wanted
+    yield N - body.g + body.R * body.alpha / body.I1 * k_ddot_side - slope
 
 
 @identity("dry friction: size, direction and loss", "section 1")
@@ -487,9 +466,10 @@ class Exponential(Roots):
         return value
 
 
-def _dry_states(
-    draws: random.Random,
-) -> tuple[tuple[Parameters, NewtonState, Fraction], tuple[Parameters, NewtonState, Fraction]]:
+DryState = tuple[Parameters, NewtonState, Fraction]
+
+
+def _dry_states(draws: random.Random) -> tuple[DryState, DryState]:
     """A gliding state under the regularised law and under Coulomb's, and its gliding speed."""
     (ring, height), (x, y), (vx, vy), share = (circle(draws) for _ in range(4))
     length, speed = positive(draws), positive(draws)
@@ -498,13 +478,10 @@ def _dry_states(
     # speed^2 + epsilon^2 is a square because cosine and sine of ``share`` are fractions
     glide = abs(share[0]) * length
     smooth = Parameters(*values, friction=REGULARISED, further=(abs(share[1]) * length,))
+    dry = Parameters(*values, friction=COULOMB)
     return (
         (smooth, NewtonState(*(*turning, glide * vx, glide * vy)), glide),
-        (
-            Parameters(*values, friction=COULOMB),
-            NewtonState(*(*turning, speed * vx, speed * vy)),
-            speed,
-        ),
+        (dry, NewtonState(*(*turning, speed * vx, speed * vy)), speed),
     )
 
 

@@ -1,9 +1,9 @@
 """lambda, its thresholds and the asymptotic values, each determined twice, to any digits.
 
 The formulas are those of ``mechanics.thresholds``. Each formula is compared with an independent
-determination: the thresholds from eigenvalues of the linearised equations of motion
-(``exact.stability``), the asymptotic D and E~ from these quantities in the limit state, lambda from
-the Euler form, gamma and sigma from accelerations. ``inversion`` decides whether a motion tends to
+determination: the thresholds with the stability of the linearised equations of motion
+(``exact.stability``), the asymptotic D and E~ with these quantities in the limit state, lambda with
+the Euler form, gamma and sigma with accelerations. ``inversion`` decides whether a motion tends to
 the inverted spin, by Theorem 1.1 and stability.
 """
 
@@ -23,11 +23,13 @@ from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.values import Functions, Hints, Json, Scalar, nearest
+from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
-GUARD_DIGITS = 15  # some ten roundings in each formula, and the fineness of the body on top
+# Digits against some ten roundings in each formula; the fineness of the body comes on top of them,
+# up to MOST_GUARD.
+GUARD_DIGITS = 15
 MOST_GUARD = 5000
 # The verdict of Theorem 1.1 for a machine, and in words.
 VERDICTS = {True: "inverts", False: "does_not_invert", None: "says_nothing"}
@@ -54,6 +56,10 @@ class Determination:
     unit: str
     reason: str = ""
 
+    def agreed(self, digits: int) -> int:
+        """The digits that agree; all ``digits`` if the quantity is absent in both ways."""
+        return digits if self.digits_agreed is None else self.digits_agreed
+
     def __repr__(self) -> str:
         if self.value is None:
             return "<Determination: does not exist>"
@@ -62,7 +68,7 @@ class Determination:
 
 
 @dataclass(frozen=True, repr=False)
-class Thresholds(Hints):
+class Thresholds:
     """The results of ``thresholds`` for a scene; ``theorem`` is the verdict of Theorem 1.1."""
 
     digits: int
@@ -70,35 +76,23 @@ class Thresholds(Hints):
     quantities: Mapping[str, Determination]
     theorem: Theorem
 
-    def _where(self, name: str) -> str:
-        near = nearest(name, self.quantities)
-        return f'quantities["{near}"].value' if near else super()._where(name)
-
     @property
     def inverts(self) -> bool | None:
         """True if the theorem's verdict is "inverts", False if "does not invert", else None."""
         return self.theorem.inverts
 
-    @property
-    def inverts_reason(self) -> str:
-        """The reason of the theorem's verdict."""
-        return self.theorem.reason
-
     def __repr__(self) -> str:
-        named = (
-            f"{name} {float(one.value):.8g}"
-            for name, one in self.quantities.items()
-            if one.value is not None
-        )
-        return f"<Thresholds, {self.digits} digits: {', '.join(named)}; {self.theorem.verdict}>"
+        values = {name: each.value for name, each in self.quantities.items()}
+        texts = (f"{name} {float(value):.8g}" for name, value in values.items() if value)
+        return f"<Thresholds, {self.digits} digits: {', '.join(texts)}; {self.theorem.verdict}>"
 
     def _repr_html_(self) -> str:
         from tt_precise.runtime.tables import as_html
 
         texts = self.as_dict()["quantities"]
         rows: list[tuple[object, ...]] = [
-            (name, texts[name]["value"] or "does not exist", one.unit, one.digits_agreed)
-            for name, one in self.quantities.items()
+            (name, texts[name]["value"] or "does not exist", each.unit, each.digits_agreed)
+            for name, each in self.quantities.items()
         ]
         rows.append(("theorem", str(self.theorem), "", ""))
         return as_html("Thresholds (SI)", rows, ("", "value", "unit", "digits that agree"))
@@ -112,13 +106,12 @@ class Thresholds(Hints):
         return {
             "digits": self.digits,
             "quantities": {
-                name: vars(entry)
-                | {"value": text(entry.value), "independent": text(entry.independent)}
-                for name, entry in self.quantities.items()
+                name: vars(x) | {"value": text(x.value), "independent": text(x.independent)}
+                for name, x in self.quantities.items()
             },
             "theorem": self.theorem.as_dict(),
             "inverts": self.inverts,
-            "inverts_reason": self.inverts_reason,
+            "inverts_reason": self.theorem.reason,
         }
 
 
@@ -128,26 +121,23 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     E0 and E1 are the paper's E~_0 and E~_1, in J; lambda is in kg m^3/s, D in kg m^2/s. D0 to E1
     are the values at the scene's lambda.
 
-    Raises
-    ------
-    InputError
-        The scene does not exist, or ``digits`` is not a whole number from 1 to 2000.
+    Raises ``InputError``: the scene does not exist, or ``digits`` is not from 1 to 2000.
     """
     scene = load_scene(scene)
     work = _Work(scene, arithmetic.checked_digits(digits))
-    lambda_ = work.lambda_()
+    top, fn, lambda_ = work.top, work.fn, work.lambda_start
     quantities = {
-        "lambda": lambda_,
+        "lambda": work.lambda_(),
         "lambda_thres": work.threshold(INVERTED),
         "lambda_up": work.threshold(UPRIGHT),
-        "D0": work.asymptotic("D", UPRIGHT, formulas.D0(work.top, lambda_.value, work.fn)),
-        "D1": work.asymptotic("D", INVERTED, formulas.D1(work.top, lambda_.value, work.fn)),
-        "E0": work.asymptotic("E_tilde", UPRIGHT, formulas.E0(work.top, lambda_.value)),
-        "E1": work.asymptotic("E_tilde", INVERTED, formulas.E1(work.top, lambda_.value)),
+        "D0": work.asymptotic("D", UPRIGHT, formulas.D0(top, lambda_, fn)),
+        "D1": work.asymptotic("D", INVERTED, formulas.D1(top, lambda_, fn)),
+        "E0": work.asymptotic("E_tilde", UPRIGHT, formulas.E0(top, lambda_)),
+        "E1": work.asymptotic("E_tilde", INVERTED, formulas.E1(top, lambda_)),
         "gamma": work.gamma(),
         "sigma": work.sigma(),
     }
-    return Thresholds(digits, work.fn, quantities, work.theorem())
+    return Thresholds(digits, fn, quantities, work.theorem())
 
 
 def theorem(scene: Scene) -> Theorem:
@@ -157,7 +147,7 @@ def theorem(scene: Scene) -> Theorem:
 
 def lambda_at_start(scene: Scene) -> Scalar:
     """Return only lambda, in kg m^3/s, to 50 digits; the thresholds would take a second."""
-    return _Work(scene, 50).lambda_of_vectors()
+    return _Work(scene, 50).lambda_start
 
 
 class _Work:
@@ -170,31 +160,22 @@ class _Work:
         self.fn = arithmetic.own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
         start = InitialState.in_si(scene, arithmetic.arithmetic_of(self.fn))
         self.top, self.euler, self.motion = start.body, start.euler, start.motion(self.fn)
+        self.lambda_start = QUANTITIES["lambda"].evaluate(self.motion)
 
     def lambda_(self) -> Determination:
         return self.determined(
-            self.lambda_of_vectors(),
+            self.lambda_start,
             euler.jellett(self.top, self.euler, self.fn),
             "value: -L.a of the vectors at the start; independent: the paper's eq (14) "
             "in the Euler angles of the start",
             "kg m^3/s",
         )
 
-    def lambda_of_vectors(self) -> Scalar:
-        return QUANTITIES["lambda"].evaluate(self.motion)
-
     def theorem(self) -> Theorem:
-        numerator, denominator = contact_terms(
-            self.scene.model, self.top, self.motion.state, self.fn
-        )
-        return inversion(
-            self.scene,
-            self.lambda_of_vectors(),
-            self.formula(INVERTED),
-            self.formula(UPRIGHT),
-            bool(numerator > 0 and denominator > 0),
-            self.fn.mpf(10) ** -self.digits,
-        )
+        terms = contact_terms(self.scene.model, self.top, self.motion.state, self.fn)
+        thresholds = self.formula(INVERTED), self.formula(UPRIGHT)
+        margin = self.fn.mpf(10) ** -self.digits
+        return inversion(self.scene, self.lambda_start, thresholds, bool(min(terms) > 0), margin)
 
     def formula(self, side: int) -> Scalar:
         """The threshold of a spin by its formula; None where the formula has none."""
@@ -204,41 +185,25 @@ class _Work:
         return formulas.lambda_up(self.top, self.fn) if body.gamma > 1 - body.alpha else None
 
     def threshold(self, side: int) -> Determination:
-        body, value = self.scene.body, self.formula(side)
-        spin, needs = "upright", "gamma > 1 - alpha"
+        spin, sign, needs = "upright", "-", "gamma > 1 - alpha"
         if side == INVERTED:
-            spin, needs = "inverted", "gamma < 1 + alpha"
-        named, own = self.friction_at_rest()
-        crossings = {
-            named: marginal_spin(body, side, self.digits, self.fn, own),
-            "a drag comparable with the top's inertia": marginal_spin(
-                body, side, self.digits, self.fn
-            ),
-        }
-        used = {name: spin for name, spin in crossings.items() if spin.exists is not None}
+            spin, sign, needs = "inverted", "+", "gamma < 1 + alpha"
+        own_name, own = self.friction_at_rest()
+        frictions = {own_name: own, "a drag comparable with the top's inertia": None}
         how = (
-            f"value: Theorem 1.1; independent: R (1 {'+' if side == INVERTED else '-'} alpha) "
-            f"times the spin L at which an eigenvalue of the gliding top linearised numerically "
-            f"about the {spin} spin crosses the imaginary axis, with "
-            + (" and again with ".join(used) or "no friction found workable")
+            f"value: Theorem 1.1; independent: R (1 {sign} alpha) times the spin L at which the "
+            f"linearised equations of motion change the stability of the {spin} spin, with "
+            + " and again with ".join(frictions)
         )
-        unit = self.lambda_of_unit_spin(side)
-        independents = [
-            crossing.spin * unit if crossing.exists else None for crossing in used.values()
-        ]
+        value, unit = self.formula(side), self.lambda_of_unit_spin(side)
         reasons = [] if value is not None else [f"the formula needs {needs}"]
-        reasons += [
-            f"eigenvalues with {name}: {crossing.reason}"
-            for name, crossing in crossings.items()
-            if crossing.reason
-        ]
-        worst = min(
-            (self.determined(value, other, how, "kg m^3/s") for other in independents),
-            key=lambda candidate: (
-                self.digits if candidate.digits_agreed is None else candidate.digits_agreed
-            ),
-            default=self.determined(value, None, how, "kg m^3/s"),
-        )
+        determinations = []
+        for name, mu in frictions.items():
+            marginal = marginal_spin(self.scene.body, side, self.digits, self.fn, mu)
+            independent = None if marginal.spin is None else marginal.spin * unit
+            determinations.append(self.determined(value, independent, how, "kg m^3/s"))
+            reasons += [f"with {name} {marginal.reason}"] if marginal.reason else []
+        worst = min(determinations, key=lambda each: each.agreed(self.digits))
         return replace(worst, reason="; ".join(reasons))
 
     def friction_at_rest(self) -> tuple[str, Fraction]:
@@ -260,8 +225,7 @@ class _Work:
 
     def asymptotic(self, name: str, side: int, value: Scalar) -> Determination:
         quantity = QUANTITIES[name]
-        lambda_ = QUANTITIES["lambda"].evaluate(self.motion)
-        limit = self.spinning(side, lambda_ / self.lambda_of_unit_spin(side))
+        limit = self.spinning(side, self.lambda_start / self.lambda_of_unit_spin(side))
         spin = "upright" if side == UPRIGHT else "inverted"
         return self.determined(
             value,
@@ -286,8 +250,8 @@ class _Work:
         state = EulerState(self.fn.mpf(1), 0, 0, 0, 0, self.fn.mpf(1))
         rough = replace(self.top, mu=self.fn.mpf(1))
         spin_up = euler.rates(rough, state, self.fn).omega_3
-        s_ddot_y = newton.contact_force(rough, vectors_from_euler(rough, state, self.fn))[1]
-        s_ddot_y = s_ddot_y / rough.m
+        force = newton.contact_force(rough, vectors_from_euler(rough, state, self.fn))
+        s_ddot_y = force[1] / rough.m
         return self.determined(
             arithmetic.rounding_to(self.fn)(self.scene.body.sigma),
             rough.R * spin_up / (s_ddot_y * self.fn.sin(state.theta)),
@@ -330,20 +294,16 @@ class Theorem(NamedTuple):
 
 
 def inversion(
-    scene: Scene,
-    lambda_: Scalar,
-    lambda_thres: Scalar,
-    lambda_up: Scalar,
-    on_table: bool,
-    margin: Scalar,
+    scene: Scene, lambda_: Scalar, thresholds: tuple[Scalar, Scalar], on_table: bool, margin: Scalar
 ) -> Theorem:
     """Return whether the scene's motion tends to the inverted spin.
 
-    ``lambda_thres`` is None where the inverted spin is unstable at every lambda, ``lambda_up``
-    where the upright spin is stable at every lambda; ``on_table`` says whether g_n > 0 at the
-    start; lambdas closer than the relative ``margin`` to a threshold are undecided. The mirror
+    Of ``thresholds`` lambda_thres is None where the inverted spin is unstable at every lambda,
+    lambda_up where the upright spin is stable at every lambda; ``on_table`` says whether g_n > 0 at
+    the start; lambdas closer than the relative ``margin`` to a threshold are undecided. The mirror
     image of a motion has -lambda and inverts when it does, so that only |lambda| counts.
     """
+    lambda_thres, lambda_up = thresholds
     undecided, never = (partial(Theorem, answer) for answer in (None, False))
     if scene.model == "rolling" or scene.body.mu == 0:
         return undecided("Theorem 1.1 is about gliding with friction, which this scene lacks")
@@ -353,10 +313,7 @@ def inversion(
     if start.theta.at_pole and not any((start.theta_dot, start.nu_x, start.nu_y)):
         if start.theta.from_pi:
             return undecided("starts as the inverted spin, a steady motion: nothing to invert")
-        return never(
-            "starts exactly as the upright spin, a steady motion, which only leaves it "
-            "when perturbed"
-        )
+        return never("starts as the upright spin, a steady motion that only a push ends")
     if not scene.body.friction.smooth_at_rest:
         return undecided("Theorem 1.1 is about friction that lets no top stick, as Coulomb's may")
     if not on_table:
@@ -375,7 +332,5 @@ def inversion(
         return undecided("|lambda| = lambda_up in all digits: the upright spin is marginal")
     if size < lambda_up:
         return undecided(f"lambda_thres < |lambda| < lambda_up: {both_stable}")
-    return Theorem(
-        True,
-        "Theorem 1.1: 1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up)",
-    )
+    condition = "1 - alpha < gamma < 1 + alpha and |lambda| > max(lambda_thres, lambda_up)"
+    return Theorem(True, f"Theorem 1.1: {condition}")

@@ -20,7 +20,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from tt_precise.claims.evidence.run import Run, SceneLike, variant
 from tt_precise.exact.arithmetic import own_context, rounding_to
-from tt_precise.exact.stability import eigenvalues, linearised
+from tt_precise.exact.stability import is_stable, linearised
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
@@ -148,17 +148,14 @@ def cases(count: int, multiples: tuple[str, str] = ("1.001", "3")) -> list[Case]
 def growth(case: Case, side: int) -> int:
     """Return +1 if the upright (+1) or inverted (-1) spin is unstable, -1 if it is stable.
 
-    From the eigenvalues of the equations of motion linearised by finite differences; lambda is
-    the case's multiple of max(lambda_thres, lambda_up).
+    From the equations of motion, linearised; lambda is the case's multiple of
+    max(lambda_thres, lambda_up).
     """
     fn = own_context(DIGITS)
     body = case.body(fn)
-    # the spin turns with omega_3 = side, so gravity is what makes its lambda the wanted multiple
-    lambda_ = body.I3 * (1 - side * body.alpha)
-    gravity = (lambda_ / (rounding_to(fn)(case.multiple) * largest_threshold(body, fn))) ** 2
-    step, error = fn.mpf(10) ** (-DIGITS // 2), fn.mpf(10) ** (10 - DIGITS)
-    matrix = linearised(case.body(fn, gravity), side, step, fn)
-    return max(eigenvalue.sign() for eigenvalue in eigenvalues(matrix, error, fn))
+    lambda_ = rounding_to(fn)(case.multiple) * largest_threshold(body, fn)
+    rate = lambda_ / (body.I3 * body.R * (1 - side * body.alpha))
+    return -1 if is_stable(linearised(body, side, rate)) else 1
 
 
 def largest_threshold(body: Parameters, fn: Functions) -> Scalar:
