@@ -83,7 +83,9 @@ class Thresholds:
 
     def __repr__(self) -> str:
         values = {name: each.value for name, each in self.quantities.items()}
-        texts = (f"{name} {float(value):.8g}" for name, value in values.items() if value)
+        texts = (
+            f"{name} {float(value):.8g}" for name, value in values.items() if value is not None
+        )
         return f"<Thresholds, {self.digits} digits: {', '.join(texts)}; {self.theorem.verdict}>"
 
     def _repr_html_(self) -> str:
