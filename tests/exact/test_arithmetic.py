@@ -1,15 +1,12 @@
-"""Own contexts, asked-for digits, and the count of digits that agree."""
-
-from typing import Any
+"""Own contexts, and the count of digits that agree."""
 
 import mpmath
 import pytest
 
 from tt_precise.exact import arithmetic
-from tt_precise.runtime.values import InputError
 
 
-def test_contexts_are_ones_own() -> None:
+def test_a_context_leaves_the_global_one_alone() -> None:
     before = mpmath.mp.dps
     one, other = arithmetic.own_context(30), arithmetic.own_context(70)
     assert (one.dps, other.dps, mpmath.mp.dps) == (30, 70, before)
@@ -39,9 +36,3 @@ def test_agreed_digits(a: str, b: str, digits: int) -> None:
     )
     assert arithmetic.agreed_digits(one, other, 50, context) == digits
     assert arithmetic.agreed_digits(other, one, 50, context) == digits
-
-
-@pytest.mark.parametrize("digits", [0, -1, arithmetic.MOST_DIGITS + 1, 50.0, "50", True, None])
-def test_refuses_digits(digits: Any) -> None:
-    with pytest.raises(InputError, match=r"digits: got .*, expected a whole number between 1 and"):
-        arithmetic.checked_digits(digits)

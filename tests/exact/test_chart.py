@@ -59,11 +59,6 @@ def test_unknown_lengths_and_angles_are_refused(euler: EulerChart) -> None:
         euler.sin(euler.state.theta_dot)
 
 
-def test_a_vanishing_denominator_proves_nothing(euler: EulerChart) -> None:
-    with pytest.raises(ZeroDivisionError):
-        euler.vanishes(euler.s / (euler.s**2 + euler.c**2 - 1))
-
-
 def test_chain_rule(euler: EulerChart) -> None:
     """With theta' = a, phi' = phi_dot: (sin^2 theta cos phi)' and the derivative of q."""
     zero, rate = euler.field.zero, euler.symbol["nu_y"]

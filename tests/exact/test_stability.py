@@ -4,7 +4,6 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-import mpmath
 import pytest
 
 from tests.conftest import top
@@ -138,11 +137,3 @@ def test_a_zero_without_a_change_of_stability_is_refused(monkeypatch: pytest.Mon
     monkeypatch.setattr(stability, "_zero", lambda f, a, b, grid: zero(f, a, b, grid) * 101 / 100)
     with pytest.raises(ArithmeticError, match="no change of stability"):
         marginal_spin(top(), INVERTED, 20, own_context(30))
-
-
-def test_the_illinois_rule_finds_a_zero_on_the_grid() -> None:
-    grid = Fraction(1, 10**40)
-    root = stability._zero(lambda x: x**3 - 2, Fraction(1), Fraction(2), grid)
-    assert root % grid == 0
-    with mpmath.workdps(60):
-        assert abs(mpmath.mpf(root.numerator) / root.denominator - mpmath.cbrt(2)) < 1e-39

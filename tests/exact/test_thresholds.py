@@ -16,6 +16,7 @@ from tt_precise.exact.stability import MarginalMomentum
 from tt_precise.exact.thresholds import Theorem, inversion, thresholds
 from tt_precise.mechanics import euler
 from tt_precise.mechanics import thresholds as formulas
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.body import top_of
 from tt_precise.scene.scene import Inclination, Scene, load_scene
 
@@ -38,6 +39,12 @@ def test_all_digits_agree_in_the_reference_scene(digits: int) -> None:
     assert {each.digits_agreed for each in result.quantities.values()} == {digits}
     assert not any(each.reason for each in result.quantities.values())
     assert result.inverts is True
+
+
+@pytest.mark.parametrize("digits", [0, 2001, 50.0, "50", True, None])
+def test_numbers_of_digits_out_of_range_are_refused(digits: Any) -> None:
+    with pytest.raises(InputError, match=r"digits: got .*, expected a whole number between 1 and"):
+        thresholds("reference", digits)
 
 
 def test_values_are_what_the_printed_formulas_give() -> None:

@@ -7,10 +7,8 @@ from fractions import Fraction
 
 from mpmath import MPContext
 
-from tt_precise.runtime.values import Arithmetic, Functions, Scalar, whole_number
+from tt_precise.runtime.values import Arithmetic, Functions, Scalar
 from tt_precise.scene.numerals import to_mpmath
-
-MOST_DIGITS = 2000  # Largest number of digits: more take hours, and are mostly typing errors.
 
 
 def own_context(digits: int) -> Functions:
@@ -28,14 +26,6 @@ def arithmetic_of(context: Functions) -> Arithmetic:
 def rounding_to(context: Functions) -> Callable[[Fraction], Scalar]:
     """The function that rounds an exact number once into ``context``."""
     return lambda value: to_mpmath(value, context)
-
-
-def checked_digits(digits: int) -> int:
-    """``digits`` if it is in range.
-
-    Raises ``InputError``: it is not a whole number between 1 and ``MOST_DIGITS``.
-    """
-    return whole_number(digits, "digits", 1, MOST_DIGITS)
 
 
 def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:

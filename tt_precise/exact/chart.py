@@ -10,7 +10,6 @@ Groebner basis, and the ideal is prime.
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import ClassVar
 
 from sympy import QQ
@@ -42,10 +41,9 @@ class Chart:
         self.field, *symbols = field(names, QQ)
         self.symbol = dict(zip(names, symbols, strict=True))
         symbols = Parameters(*(self.symbol[name] for name in NAMES))
-        self.body = body.numbers(self._constant) if body else symbols
-
-    def _constant(self, value: Fraction) -> Scalar:
-        return self.field(QQ(value.numerator, value.denominator))
+        self.body = symbols
+        if body:
+            self.body = body.numbers(lambda x: self.field(QQ(x.numerator, x.denominator)))
 
     def _relate(self, z: Scalar, sine_squared: Scalar, *unit: Scalar) -> None:
         """Fix q^2 = I3^2 d(z) and the relations ``unit`` = 0."""
@@ -64,10 +62,8 @@ class Chart:
         """``value`` where the axis is tilted along X."""
         element = self.field(value)
         for name, number in self.azimuth.items():
-            symbol = self.symbol[name].numer
-            numerator, denominator = (
-                self.field(part.compose(symbol, number)) for part in (element.numer, element.denom)
-            )
+            symbol, parts = self.symbol[name].numer, (element.numer, element.denom)
+            numerator, denominator = (self.field(part.compose(symbol, number)) for part in parts)
             element = numerator / denominator
         return element
 
@@ -100,10 +96,8 @@ class Chart:
         return self._chain(self.field(value), rates | {"q": q_rate})
 
     def _chain(self, value: Scalar, rates: dict[str, Scalar]) -> Scalar:
-        return sum(
-            (self.here(value.diff(self.symbol[name])) * rate for name, rate in rates.items()),
-            self.field.zero,
-        )
+        terms = (self.here(value.diff(self.symbol[name])) * rate for name, rate in rates.items())
+        return sum(terms, self.field.zero)
 
     def sqrt(self, value: Scalar) -> Scalar:
         """The root in Routh's function, I3 sqrt(d) = q; no other root is a rational function."""

@@ -45,6 +45,9 @@ SEED = 2012
 LARGEST = 10**6  # numerators: a false identity of degree n survives a point with odds n/LARGEST
 
 
+Residuals = Callable[[Any], Iterable[Scalar]]  # of a chart, or of a random.Random
+
+
 @dataclass(frozen=True)
 class Identity:
     """A statement, its place in the paper, and a function for the expressions that must vanish.
@@ -56,7 +59,7 @@ class Identity:
 
     name: str
     equation: str
-    residuals: Callable[[Any], Iterable[Scalar]]
+    residuals: Residuals
 
     @property
     def statement(self) -> str:
@@ -65,10 +68,9 @@ class Identity:
 
     def prove(self, body: Parameters | None = None) -> IdentityProof:
         """Prove or refute the identity; a symbolic one only for the exact ``body``, if given."""
-        make: Callable[[Parameters | None], Chart] | None
-        make = get_type_hints(self.residuals).get("chart")
-        if make is not None:
-            chart = make(body)
+        kind = get_type_hints(self.residuals).get("chart")
+        if kind is not None:
+            chart: Chart = kind(body)
             vanishing = [chart.vanishes(residual) for residual in self.residuals(chart)]
         else:
             draws = random.Random(SEED)
@@ -95,8 +97,6 @@ class IdentityProof:
 
 
 IDENTITIES: dict[str, Identity] = {}
-
-Residuals = Callable[[Any], Iterable[Scalar]]  # of a chart, or of a random.Random
 
 
 def identity(name: str, equation: str) -> Callable[[Residuals], Residuals]:
@@ -487,5 +487,4 @@ def _dry_states(draws: random.Random) -> tuple[DryState, DryState]:
 
 def _forced_rates(chart: ForceChart) -> NewtonState:
     torque = cross(newton.contact_arm(chart.body, chart.state.k), chart.force)
-    zero = chart.field.zero
-    return NewtonState(*newton.axis_rate(chart.body, chart.state), *torque, zero, zero)
+    return NewtonState(*newton.axis_rate(chart.body, chart.state), *torque, *[chart.field.zero] * 2)

@@ -23,10 +23,11 @@ from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.values import Functions, Json, Scalar
+from tt_precise.runtime.values import Functions, Json, Scalar, whole_number
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
 
+MOST_DIGITS = 2000  # Largest number of digits: more are mostly typing errors.
 # Digits against some ten roundings in each formula; the fineness of the body comes on top of them,
 # up to MOST_GUARD.
 GUARD_DIGITS = 15
@@ -126,7 +127,7 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     Raises ``InputError``: the scene does not exist, or ``digits`` is not from 1 to 2000.
     """
     scene = load_scene(scene)
-    work = _Work(scene, arithmetic.checked_digits(digits))
+    work = _Work(scene, whole_number(digits, "digits", 1, MOST_DIGITS))
     top, fn, lambda_ = work.top, work.fn, work.lambda_start
     quantities = {
         "lambda": work.lambda_(),
@@ -253,10 +254,9 @@ class _Work:
         rough = replace(self.top, mu=self.fn.mpf(1))
         spin_up = euler.rates(rough, state, self.fn).omega_3
         force = newton.contact_force(rough, vectors_from_euler(rough, state, self.fn))
-        s_ddot_y = force[1] / rough.m
         return self.determined(
             arithmetic.rounding_to(self.fn)(self.scene.body.sigma),
-            rough.R * spin_up / (s_ddot_y * self.fn.sin(state.theta)),
+            rough.m * rough.R * spin_up / (force[1] * self.fn.sin(state.theta)),
             "value: m R^2/I3; independent: R omega_3_dot/(s_ddot_y sin theta), the response of "
             "spin (Euler form) and centre of mass (vectors) to friction, with mu = 1 s/m",
             "1",
