@@ -31,8 +31,7 @@ def test_the_matrix_worked_out_by_hand_is_that_of_the_equations(side: int) -> No
     """Eigenvalues of both: by hand from eq (1), and from ``newton.rates`` by dual numbers."""
     top = body()
     by_hand = theory.tilt_modes(top, side, FN.mpf(side), FN)
-    matrix = linearised(top, side, FN.mpf(1))
-    numbers = [[FN.mpc(entry.re, entry.im) for entry in row] for row in matrix]
+    numbers = [[FN.mpc(x.re, x.im) for x in row] for row in linearised(top, side, FN.mpf(1))]
     numerical = sorted(FN.eig(FN.matrix(numbers))[0], key=FN.re, reverse=True)
     for a, b in zip(by_hand, numerical, strict=True):
         assert abs(a - b) < FN.mpf(10) ** -30

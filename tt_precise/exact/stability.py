@@ -37,36 +37,36 @@ class MarginalMomentum:
     reason: str = ""
 
 
-class Dual(Ring):
+class Tangent(Ring):
     """A number and its derivative by one variable."""
 
     def __init__(self, value: Scalar, derivative: Scalar = 0):
         self.value, self.derivative = value, derivative
 
     @classmethod
-    def of(cls, number: Scalar) -> Dual:
+    def of(cls, number: Scalar) -> Tangent:
         """A dual number, or a constant as a dual number."""
-        return number if isinstance(number, Dual) else cls(number)
+        return number if isinstance(number, Tangent) else cls(number)
 
-    def __add__(self, other: Scalar) -> Dual:
-        y = Dual.of(other)
-        return Dual(self.value + y.value, self.derivative + y.derivative)
+    def __add__(self, other: Scalar) -> Tangent:
+        y = Tangent.of(other)
+        return Tangent(self.value + y.value, self.derivative + y.derivative)
 
-    def __neg__(self) -> Dual:
-        return Dual(-self.value, -self.derivative)
+    def __neg__(self) -> Tangent:
+        return Tangent(-self.value, -self.derivative)
 
-    def __mul__(self, other: Scalar) -> Dual:
-        y = Dual.of(other)
+    def __mul__(self, other: Scalar) -> Tangent:
+        y = Tangent.of(other)
         derivative = self.derivative * y.value + self.value * y.derivative
-        return Dual(self.value * y.value, derivative)
+        return Tangent(self.value * y.value, derivative)
 
-    def __truediv__(self, other: Scalar) -> Dual:
-        y = Dual.of(other)
+    def __truediv__(self, other: Scalar) -> Tangent:
+        y = Tangent.of(other)
         quotient = self.value / y.value
-        return Dual(quotient, (self.derivative - quotient * y.derivative) / y.value)
+        return Tangent(quotient, (self.derivative - quotient * y.derivative) / y.value)
 
-    def __rtruediv__(self, other: Scalar) -> Dual:
-        return Dual.of(other) / self
+    def __rtruediv__(self, other: Scalar) -> Tangent:
+        return Tangent.of(other) / self
 
 
 class Complex(Ring):
@@ -98,8 +98,8 @@ def linearised(body: Parameters, side: int, rate: Scalar) -> Matrix:
     spin = NewtonState(0, 0, side, 0, 0, body.I3 * rate, 0, 0)
     columns = []
     for component in ("kx", "Lx", "vx"):
-        derivatives = newton.rates(body, spin._replace(**{component: Dual(0, 1)}))
-        slopes = {name: Dual.of(rate).derivative for name, rate in derivatives._asdict().items()}
+        derivatives = newton.rates(body, spin._replace(**{component: Tangent(0, 1)}))
+        slopes = {name: Tangent.of(rate).derivative for name, rate in derivatives._asdict().items()}
         columns.append([Complex(slopes[f"{name}x"], slopes[f"{name}y"]) for name in "kLv"])
     return list(zip(*columns, strict=True))
 
