@@ -11,26 +11,41 @@ import argparse
 import json
 import shutil
 import sys
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from fractions import Fraction
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from tt_precise.engines.ladder import STEP_SIZES, LadderTest, ladder_tests, run_ladder
-from tt_precise.engines.results import LadderResult, document, lines
+from benchmarks.evidence import MEASURED, write
+from tt_precise.engines.ladder import (
+    HEADING,
+    LARGEST_STEP,
+    LadderResult,
+    LadderTest,
+    ladder_tests,
+    run_ladder,
+)
 from tt_precise.mechanics.laws import COULOMB, Law
-from tt_precise.runtime.files import atomic_write
-from tt_precise.runtime.records import encode
+from tt_precise.report import style
+from tt_precise.report.style import Words
+from tt_precise.runtime.cache import code_of
 from tt_precise.runtime.terminal import Progress, progress_bar, say, silent
 from tt_precise.runtime.values import Json
 from tt_precise.runtime.workers import cores
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 TIME_LIMIT_S = 120.0  # Time limit of one motion.
-# Texts of an engine in a row of the scoreboard.
-DESCRIBED = ("name", "version", "precision", "friction", "settings")
+COMMAND = "python -m benchmarks.engines"
+SOURCES = ("engines", "golden", "../benchmarks/engines.py")  # The code behind the scoreboard.
+# Texts of an engine in the scoreboard.
+DESCRIPTION = ("name", "version", "precision", "friction", "settings")
+MOST_DIGITS = 10.0  # Digits of the brightest colour.
+MARKS = {"refused": "–", "failed": "✗", "measured": ""}
 ROOT = Path(__file__).parents[1]
-OUT = ROOT / "reports/measured/engines.json"
+OUT = MEASURED / "engines.json"
 ADAPTERS = ROOT / "examples/engines"
 NODE = ADAPTERS / "node"
 
@@ -105,58 +120,100 @@ ENGINES = (
 
 def measure(
     engines: Sequence[Engine],
-    steps: Sequence[Fraction],
     *,
-    chosen: Callable[[LadderTest], bool] = lambda test: True,
+    select: Callable[[LadderTest], bool] = lambda test: True,
     time_limit: float,
     workers: int,
-    note: Callable[[str], None] = lambda line: None,
     progress: Progress = silent,
 ) -> dict[str, Json]:
-    """Run every installed engine on every chosen test; others are skipped with a line."""
-    rows: list[LadderResult] = []
-    skipped: list[str] = []
-    present = []
-    for engine in engines:
-        if engine.version is None:
-            skipped.append(engine.missing)
-            note(f"skipped: {engine.missing}")
-        else:
-            present.append(engine)
+    """Run every installed engine on every selected test; others are skipped with a line."""
+    present = [engine for engine in engines if engine.version is not None]
+    rows: list[dict[str, Json]] = []
     for done, engine in enumerate(present):
-        ladder = [test for test in ladder_tests(engine.law) if chosen(test)]
+        ladder = [test for test in ladder_tests(engine.law) if select(test)]
         results = run_ladder(
-            engine.name, engine.command, ladder, steps, time_limit=time_limit, workers=workers
+            engine.name, engine.command, ladder, time_limit=time_limit, workers=workers
         )
         for count, result in enumerate(results, start=1):
-            rows.append(result)
+            rows.append(asdict(result))
             progress((done + count / len(ladder)) / len(present))
-    described = [{name: getattr(engine, name) for name in DESCRIBED} for engine in present]
-    return document(
-        [(one.name, one.meaning) for one in ladder_tests()], steps, rows, described, skipped
+    return {
+        "schema": "tt_precise.engines/3",
+        "command": COMMAND,
+        "steps": [float(LARGEST_STEP / part) for part in (1, 2, 4)],
+        "engines": [{name: getattr(engine, name) for name in DESCRIPTION} for engine in present],
+        "tests": [{"name": test.name, "meaning": test.meaning} for test in ladder_tests()],
+        "rows": rows,
+        "skipped": [engine.missing for engine in engines if engine.version is None],
+    }
+
+
+@style.figure("engines", lambda board: [0.3 * len(board["engines"]) + 0.9])
+def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
+    """Draw the digits at the smallest step of every engine on every test."""
+    engines = [engine["name"] for engine in board["engines"]]
+    tests = [test["name"] for test in board["tests"] if test["name"] != "inversion"]
+    rows = {(row["engine"], row["test"]): row for row in board["rows"]}
+    cells = [[rows.get((engine, test)) for test in tests] for engine in engines]
+    digits = [
+        [max(0.0, *row["digits"][-1:]) if row and row["digits"] else 0.0 for row in line]
+        for line in cells
+    ]
+    (panel,) = axes
+    panel.imshow(digits, cmap="viridis", vmin=0, vmax=MOST_DIGITS, aspect="auto")
+    for i, line in enumerate(cells):
+        for j, row in enumerate(line):
+            colour = "white" if digits[i][j] < MOST_DIGITS / 2 else "black"
+            panel.text(j, i, _label(row), ha="center", va="center", color=colour)
+    panel.set_xticks(range(len(tests)), [name.replace(" ", "\n") for name in tests])
+    panel.set_yticks(range(len(engines)), engines)
+    panel.set_xlabel("test; digits of the reference at the smallest step")
+    panel.grid(visible=False)
+    return Words(
+        caption="Correct digits of each engine over the whole motion at a step of "
+        f"{board['steps'][-1]:g} s. Bold: smaller steps converge to the reference. In brackets: a "
+        "floor remains or no order is seen. ✗: the run did not reach the end. –: the engine does "
+        "not have this test's friction or contact.",
+        alt=f"A table of {len(engines)} engines and {len(tests)} tests with digits from 0 to "
+        f"{max(map(max, digits)):.0f} as colours: most in free flight and steady spins, fewest "
+        "where friction and contact act together.",
     )
+
+
+def _label(row: dict[str, Json] | None) -> str:
+    if row is None:
+        return ""
+    if not row["digits"]:
+        return MARKS[row["verdict"]]
+    digits = f"{row['digits'][-1]:.1f}"
+    return (
+        f"$\\mathbf{{{digits}}}$" if row["verdict"] in ("converges", "rounding") else f"({digits})"
+    )
+
+
+def lines(board: dict[str, Json]) -> Iterator[str]:
+    """Yield a line for each engine on each test, and for each skipped engine."""
+    yield f"{'engine':10} {HEADING}"
+    for row in board["rows"]:
+        yield f"{row['engine']:10} {LadderResult(**row).line}"
+    yield from (f"skipped: {text}" for text in board["skipped"])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure all installed engines, or those named, and write the scoreboard."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.engines")
-    parser.add_argument(
-        "names", nargs="*", metavar="ENGINE", help=", ".join(engine.name for engine in ENGINES)
-    )
-    parser.add_argument("--out", type=Path, default=OUT, help="the scoreboard")
-    asked = parser.parse_args(arguments)
+    """Measure all installed engines, or those named; write the scoreboard and its figure."""
+    parser = argparse.ArgumentParser(prog=COMMAND)
     by_name = {engine.name: engine for engine in ENGINES}
-    for name in asked.names:
+    parser.add_argument("names", nargs="*", metavar="ENGINE", help=", ".join(by_name))
+    parser.add_argument("--out", type=Path, default=OUT, help="the scoreboard")
+    options = parser.parse_args(arguments)
+    for name in options.names:
         if name not in by_name:
             parser.error(f"engine: got {name!r}, expected one of: {', '.join(by_name)}")
+    engines = [by_name[name] for name in options.names or by_name]
     with progress_bar("engines") as progress:
-        content = measure(
-            [by_name[name] for name in asked.names] or list(ENGINES), STEP_SIZES,
-            time_limit=TIME_LIMIT_S, workers=cores(),
-            note=lambda text: print(text, file=sys.stderr), progress=progress,
-        )  # fmt: skip
-    atomic_write(asked.out, encode(content))
-    say(lines(content["rows"], content["steps"]))
+        board = measure(engines, time_limit=TIME_LIMIT_S, workers=cores(), progress=progress)
+    write(options.out, board, [scoreboard(board)], code_of(*SOURCES))
+    say(lines(board))
 
 
 if __name__ == "__main__":

@@ -221,6 +221,7 @@ TESTED_ELSEWHERE = {
     "commands/check.py": "check/test_command.py",  # beside the fixtures of the folder
     "commands/golden.py": "golden/test_command.py",
     "commands/engines.py": "engines/test_protocol.py",
+    "commands/tradeoff.py": "test_tradeoff.py",
     "golden/documents.py": "test_schemas.py",  # records: every shipped file is one
     "golden/solution.py": "check/test_golden.py",  # the distance of rows that `check` reports
     **{f"extremes/{name}.py": CASES for name in (

@@ -115,7 +115,7 @@ def _solver(
             states = [[adaptive.state[i] for i in range(entries)]]
         else:
             grid: Array = [zero, *times]
-            if precision.name in ("double", "extended"):
+            if precision.name == "double":
                 grid = numpy.array(grid, dtype=precision.fp_type)
             outcome, _, _, steps, _, rows = adaptive.propagate_grid(grid)
             states = [[rows[i, j] for j in range(entries)] for i in range(1, len(rows))]

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy
 import pandas
 
+from benchmarks.work_precision.findings import GROWING, LONG_SCENES
 from benchmarks.work_precision.heyoka_methods import bare_batch
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
@@ -20,7 +21,6 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Json
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.tradeoff.findings import GROWING, LONG_SCENES
 
 LANES = 8
 TIMES_A_DECADE = 4

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import heyoka
 import pandas
 
+from benchmarks.work_precision.findings import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
 from benchmarks.work_precision.heyoka_methods import OWN
 from benchmarks.work_precision.peers import PEERS, Settings, Solve, SolverResult
 from benchmarks.work_precision.problem import GoldenProblem, StateErrors, golden_problem
@@ -22,7 +23,6 @@ from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, Json, Scalar
 from tt_precise.scene.scene import load_scene
-from tt_precise.tradeoff.findings import EVENTS, LADDER, RECORDS, SCENE, SHORT, WORKLOAD
 
 METHODS = {method.name: method for method in (*OWN, *PEERS)}
 DECADES = tuple(float(f"1e-{n}") for n in range(3, 16))
@@ -98,8 +98,6 @@ def _double(coordinates: str) -> Iterator[Trial]:
         yield from at("tt_precise, digits", COARSE)
     for name, tolerances in TOLERANCES.items():
         yield from at(name, tolerances)
-    for tolerance in (1e-6, 1e-12, 1e-15, 0.0):
-        yield Trial("heyoka", tolerance, "extended", coordinates=coordinates)
 
 
 def _wide() -> Iterator[Trial]:
@@ -113,7 +111,7 @@ def _wide() -> Iterator[Trial]:
 
 def _digits(bits: tuple[int, ...]) -> Iterator[Trial]:
     truth = bits[-1] + 40
-    for name in ("double", "extended", "quad"):
+    for name in ("double", "quad"):
         yield Trial("heyoka", 0.0, name, until=SHORT, truth_bits=truth)
     for width in bits:
         yield Trial("heyoka", 0.0, "mp", width, until=SHORT, truth_bits=truth)

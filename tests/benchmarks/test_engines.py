@@ -1,21 +1,24 @@
-"""The adapters of other people's engines, each run for real."""
+"""Test the scoreboard, and run the adapters of other people's engines."""
 
-from __future__ import annotations
-
-from fractions import Fraction
+import json
+from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
-import pandas
 import pytest
 
-import tt_precise as tt
-from benchmarks.engines import ADAPTERS, ENGINES, NODE, Engine, main, measure
+from benchmarks import engines
+from benchmarks.engines import ADAPTERS, ENGINES, NODE, Engine, main, measure, scoreboard
 from tests.engines.conftest import PATIENCE_S, ladder_test, measured_on
-from tt_precise.engines.ladder import LadderTest, ladder_tests, run_ladder
-from tt_precise.engines.protocol import run
-from tt_precise.engines.results import LadderResult
+from tt_precise.engines.ladder import LadderResult, LadderTest
+from tt_precise.runtime.cache import changed
 
-STEPS = (Fraction(1, 1000), Fraction(1, 2000), Fraction(1, 4000))
+ROWS = [
+    LadderResult("One", "flight", "converges", digits=(7.0, 8.2, 9.5), order=4.0, floor=1e-12),
+    LadderResult("One", "ice", "floor", digits=(1.0, 1.5, 1.7), order=1.1, floor=0.02),
+    LadderResult("Other", "flight", "failed", "step 0.001 s: stopped"),
+    LadderResult("Other", "ice", "refused", "no such friction"),
+]
 
 
 def test_there_is_an_adapter_for_each_engine() -> None:
@@ -24,32 +27,34 @@ def test_there_is_an_adapter_for_each_engine() -> None:
     assert {engine.program for engine in ENGINES} == files
 
 
-def test_an_engine_that_is_not_installed_is_skipped_with_a_line() -> None:
-    lines: list[str] = []
-    gone = Engine("Gone", "no-such-package", "no_adapter", "", "")
-    board = measure([gone], STEPS, time_limit=1, workers=1, note=lines.append)
-    assert lines == ['skipped: Gone: not installed; pip install "tt-precise[engines]"']
-    assert board["rows"] == []
-    assert board["skipped"]
+def test_the_scoreboard_is_written_with_its_figure_and_its_code(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run_ladder(name: str, _: object, tests: list[LadderTest], **options: object) -> Any:
+        return (row for row in ROWS if row.engine == name)
 
-
-def test_progress_goes_forward_to_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    def refused(
-        name: str, _: object, ladder: list[LadderTest], *rest: object, **more: object
-    ) -> Any:
-        return (LadderResult(name, test.name, "refused") for test in ladder)
-
-    monkeypatch.setattr("benchmarks.engines.run_ladder", refused)
+    monkeypatch.setattr("benchmarks.engines.run_ladder", run_ladder)
     here = [Engine(name, "numpy", "no_adapter", "", "") for name in ("One", "Other")]
-    seen: list[float] = []
-    measure(here, STEPS, time_limit=1, workers=1, progress=seen.append)
-    assert seen == pytest.approx([i / 14 for i in range(1, 15)])
+    monkeypatch.setattr(engines, "ENGINES", (*here, Engine("Gone", "no-such-package", "", "", "")))
+    main(["--out", str(tmp_path / "engines.json")])
+    printed = capsys.readouterr().out
+    assert 'skipped: Gone: not installed; pip install "tt-precise[engines]"' in printed
+    board = json.loads((tmp_path / "engines.json").read_text())
+    assert [row["verdict"] for row in board["rows"]] == [row.verdict for row in ROWS]
+    assert [engine["name"] for engine in board["engines"]] == ["One", "Other"]
+    assert changed(board["code"]) == ()
+    assert changed(board["code"] | {"engines": "0"}) == ("engines",)
+    (figure,) = board["figures"]
+    svg = (tmp_path / f"{figure['name']}.svg").read_text()
+    texts = ElementTree.fromstring(svg).itertext()
+    assert {"(1.7)", "✗", "–", "One", "Other"} < {text.strip() for text in texts}
+    assert scoreboard(board).svg == svg
 
 
-@pytest.mark.parametrize("steps", [STEPS[:2], (Fraction(1, 100), *STEPS[1:])])
-def test_an_order_takes_three_halved_steps(steps: tuple[Fraction, ...]) -> None:
-    with pytest.raises(ValueError, match="expected three or more, each half of the one before"):
-        next(run_ladder("Gone", ["no-such-program"], ladder_tests(), steps))
+def test_an_unknown_engine_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["Havok"])
+    assert "got 'Havok', expected one of: MuJoCo" in capsys.readouterr().err
 
 
 @pytest.mark.clients
@@ -57,48 +62,24 @@ def test_an_order_takes_three_halved_steps(steps: tuple[Fraction, ...]) -> None:
 def test_engines_fly(engine: Engine) -> None:
     if engine.version is None:
         pytest.skip(engine.missing)
-    found = measured_on(engine.command, ladder_test("flight", engine.law), steps=STEPS)
-    # cannon-es leaves out the gyroscopic term, which is what this test is for
+    result = measured_on(engine.command, ladder_test("flight", engine.law))
+    # cannon-es has no gyroscopic term, which this test isolates
     expected = {"cannon-es": {"no order", "floor"}}.get(engine.name, {"converges", "floor"})
     if engine.precision == "single":
         expected = {"converges", "floor", "no order"}
-    assert found.verdict in expected, found.message
-    assert found.digits[-1] > (0 if engine.name == "cannon-es" else 1)
+    assert result.verdict in expected, result.message
+    assert result.digits[-1] > (0 if engine.name == "cannon-es" else 1)
 
 
 @pytest.mark.clients
-def test_the_scoreboard_is_the_same_when_it_is_measured_again() -> None:
-    engines = [one for one in ENGINES if one.name in ("Bullet", "MuJoCo") and one.version]
-    if not engines:
+def test_the_scoreboard_repeats() -> None:
+    present = [engine for engine in ENGINES if engine.name in ("Bullet", "MuJoCo")]
+    if all(engine.version is None for engine in present):
         pytest.skip("neither Bullet nor MuJoCo is installed")
     boards = [
         measure(
-            engines, STEPS, chosen=lambda test: test.name in ("gliding", "rolling"),
-            time_limit=PATIENCE_S, workers=2,
+            present, select=lambda test: test.name == "rolling", time_limit=PATIENCE_S, workers=2
         )
         for _ in range(2)
-    ]  # fmt: skip
+    ]
     assert boards[0] == boards[1]
-
-
-@pytest.mark.clients
-def test_what_an_engine_wrote_goes_through_the_check() -> None:
-    engine = next(one for one in ENGINES if one.name == "MuJoCo")
-    if engine.version is None:
-        pytest.skip(engine.missing)
-    test = ladder_test("gliding")
-    found = run(engine.command, test.job(STEPS[-1]), PATIENCE_S)
-    assert found.status == "done", found.message
-    frame = pandas.DataFrame(found.columns)
-    limits = {"jellett": 5e-6, "energy": 1e-4, "contact_velocity": 0.1}
-    assert tt.check.conservation(frame, test.scene, friction="other", limits=limits).passed
-    # a centre of mass that lies 1e-3 of its offset elsewhere
-    spoiled = test.scene.perturbed(alpha="1e-3")
-    checked = tt.check.conservation(frame, spoiled, friction="other", limits=limits)
-    assert "jellett" in {finding.name for finding in checked.failures}
-
-
-def test_an_unknown_engine_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["Havok"])
-    assert "got 'Havok', expected one of: MuJoCo" in capsys.readouterr().err

@@ -6,8 +6,8 @@ from fractions import Fraction
 import pytest
 
 from benchmarks import estimates
+from benchmarks.work_precision.findings import OPTIMISM, TradeoffTables, findings
 from tt_precise.integration import integrate
-from tt_precise.tradeoff.findings import OPTIMISM, TradeoffTables, findings
 
 SAMPLE = (0, 3, 6, 14)  # gliding, rolling, one that leaves the table; 5 to 12 digits
 

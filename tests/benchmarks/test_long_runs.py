@@ -4,8 +4,8 @@ import numpy
 import pytest
 
 from benchmarks.work_precision import long_runs
+from benchmarks.work_precision.findings import GROWING
 from tt_precise.scene.scene import load_scene
-from tt_precise.tradeoff.findings import GROWING
 
 
 def test_times_are_log_spaced() -> None:

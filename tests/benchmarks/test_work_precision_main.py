@@ -7,15 +7,15 @@ import pytest
 
 from benchmarks.work_precision import long_runs, measure
 from benchmarks.work_precision.__main__ import main
+from benchmarks.work_precision.findings import GROWTH, TABLE
 from benchmarks.work_precision.measure import Group, Trial
 from benchmarks.work_precision.peers import Method
 from tt_precise.runtime.values import InputError
-from tt_precise.tradeoff.findings import GROWTH, TABLE
 
 KEYS = {"method", "setting", "precision", "error", "seconds", "steps", "jellett_drift"}
 CASES = (
-    Trial("heyoka", 1e-6, "extended", until="0.03"),  # compiled in a third of a second
-    Trial("heyoka", 0.0, "extended", until="0.03"),
+    Trial("heyoka", 1e-6, until="0.03"),
+    Trial("heyoka", 0.0, until="0.03"),
     Trial("SciPy DOP853, Python", 1e-9, until="0.03"),
 )
 
@@ -59,7 +59,7 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(
 ) -> None:
     missing = Method("SciPy DOP853, Python", ("nowhere",), lambda p, s: None)  # type: ignore[arg-type, return-value]
     monkeypatch.setitem(measure.METHODS, missing.name, missing)
-    at_pole = Trial("heyoka", 0.0, "extended", scene="upright", coordinates="euler", until="0.03")
+    at_pole = Trial("heyoka", 0.0, scene="upright", coordinates="euler", until="0.03")
     lines: list[str] = []
     plan = [Group("small", (CASES[0], at_pole, CASES[2]), 1, 0.1)]
     measured = measure.measure(plan, lines.append)

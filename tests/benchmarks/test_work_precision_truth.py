@@ -67,8 +67,7 @@ def test_a_run_with_more_bits_goes_below_golden_data(short: GoldenProblem) -> No
 
 def test_rolling_scenes_have_no_contact_velocity() -> None:
     problem = golden_problem("rolling", "newton", "0.03")
-    # extended, because its compact mode compiles in a second
-    assert judged(problem, "heyoka", Settings(0.0, precision_named("extended"))).error < 1e-16
+    assert judged(problem, "heyoka", Settings(0.0, precision_named("double"))).error < 1e-13
 
 
 def test_samples_end_at_the_end() -> None:

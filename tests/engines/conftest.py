@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from tt_precise.engines.ladder import LadderTest, ladder_tests, run_ladder
-from tt_precise.engines.results import LadderResult
+from tt_precise.engines.ladder import LadderResult, LadderTest, ladder_tests, run_ladder
 from tt_precise.mechanics.laws import COULOMB, Law
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+ENGINE_C = (EXAMPLES / "engine.c").read_text("utf-8")
 ORDER = 4  # Order of Runge and Kutta's method, which both examples have.
-PATIENCE_S = 1200  # however busy the machine is
+PATIENCE_S = 1200  # Time limit on a busy machine.
 
 
 def ladder_test(name: str, law: Law = COULOMB) -> LadderTest:
@@ -23,12 +23,12 @@ def ladder_test(name: str, law: Law = COULOMB) -> LadderTest:
 
 
 def measured_on(command: Sequence[str], test: LadderTest, **options: Any) -> LadderResult:
-    (found,) = run_ladder("engine", command, [test], time_limit=PATIENCE_S, **options)
-    return found
+    (result,) = run_ladder("engine", command, [test], time_limit=PATIENCE_S, **options)
+    return result
 
 
-def compiled_c(text: str, folder: Path, *flags: str) -> list[str]:
-    """A program of that text in C."""
+def compiled_c(folder: Path, text: str = ENGINE_C, *flags: str) -> list[str]:
+    """Compile a program in C."""
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         pytest.skip("no C compiler on this machine")

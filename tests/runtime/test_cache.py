@@ -9,7 +9,15 @@ import pandas
 import pytest
 
 from tt_precise.runtime import cache
-from tt_precise.runtime.cache import cached_table, fingerprint, packed, source_hash, unpacked
+from tt_precise.runtime.cache import (
+    cached_table,
+    changed,
+    code_of,
+    fingerprint,
+    packed,
+    source_hash,
+    unpacked,
+)
 
 TABLE = pandas.DataFrame({"name": ["a", "b"], "x": [1 / 3, 2e-300]})
 
@@ -65,3 +73,11 @@ def test_the_hash_of_sources_depends_on_each_file() -> None:
     assert one != two
     assert one == source_hash("scene")
     assert len(one) == 64
+
+
+def test_a_record_names_the_sources_that_have_changed() -> None:
+    code = code_of("engines", "../benchmarks/engines.py")
+    assert code["engines"] == source_hash("engines") != source_hash("golden")
+    assert changed(code) == ()
+    assert changed(code | {"scene": "0", "taylor": "0"}) == ("scene", "taylor")
+    assert changed({"no_such_folder": "0", "../benchmarks/no_such.py": "0"}) == ("no_such_folder",)

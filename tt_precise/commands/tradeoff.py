@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Annotated
 
 import click
 
-from tt_precise.commands.options import JSON, emit
+from tt_precise.commands.options import JSON, POSITIVE, emit
+from tt_precise.runtime import plotting
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import progress_bar
-from tt_precise.runtime.values import InputError
-from tt_precise.scene.numerals import within_doubles, written
 from tt_precise.scene.scene import load_scene
-from tt_precise.tradeoff.measure import SECONDS, Row, Tradeoff, measure, ratios
+from tt_precise.tradeoff import SECONDS, Row, Tradeoff, measure, plot, ratios
 
 
-class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/3"):
+class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/4"):
     """JSON document of `tt-precise tradeoff SCENE --json`."""
 
     scene: Annotated[str, means("name of the scene")]
@@ -35,13 +33,17 @@ class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tr
 @click.option("--until", help="Horizon in s, instead of the scene's.")
 @click.option(
     "--seconds",
-    default=f"{SECONDS:g}",
+    type=POSITIVE,
+    default=SECONDS,
     show_default=True,
     help="Limit in s for tt_precise, without compiling, and for each method of SciPy, which has "
     "ten times as long for its first digit.",
 )
+@click.option("--plot", "picture", help="Plot digits against time (.svg, .png or .pdf).")
 @JSON
-def command(scene: str, until: str | None, seconds: str, as_json: bool) -> int:
+def command(
+    scene: str, until: str | None, seconds: float, picture: str | None, as_json: bool
+) -> int:
     """Measure the cost of a digit on SCENE (a shipped name or a TOML file), in some ten seconds.
 
     Each line requests 3 to 30 digits, and shows the chosen arithmetic, the delivered digits, the
@@ -51,42 +53,34 @@ def command(scene: str, until: str | None, seconds: str, as_json: bool) -> int:
     """
     loaded = load_scene(scene)
     loaded = loaded if until is None else loaded.varied(until=until)
-    limit = within_doubles(written(seconds, "--seconds"), "--seconds")
-    if limit <= 0:
-        raise InputError(f"--seconds: got {seconds}, expected a number above 0")
+    if picture is not None:
+        plotting.require_format(picture)
     with progress_bar("digits and tolerances") as progress:
-        measured = measure(loaded, float(limit), progress)
-    known = ratios(measured.rows)
-    record = TradeoffRecord(loaded.name, measured.until_s, measured.rows, known, measured.left_out)
-    emit(as_json, record, _lines(loaded.name, measured, known))
+        measured = measure(loaded, seconds, progress)
+    if picture is not None:
+        plotting.save(plot(measured.rows), picture)
+    ratio = ratios(measured.rows)
+    record = TradeoffRecord(loaded.name, measured.until_s, measured.rows, ratio, measured.left_out)
+    emit(as_json, record, _lines(loaded.name, measured, ratio))
     return 0
 
 
-def _lines(name: str, measured: Tradeoff, ratios: dict[str, float]) -> Iterator[str]:
-    yield (
-        f"{name}, 0 to {measured.until_s:g} s; digits delivered at the worst sample, by comparison "
-        f"with the run of {measured.finest} digits, which has its estimated digits"
-    )
+def _lines(name: str, measured: Tradeoff, ratio: dict[str, float]) -> Iterator[str]:
+    yield f"{name}, 0 to {measured.until_s:g} s, compared with the run of {measured.finest} digits"
     yield ""
-    yield (
-        f"{'method':13}{'setting':20}{'arithmetic':14}{'digits':>6}{'seconds':>9} {'first':>7}"
-        f"{'drift':>9}"
-    )
+    heads = ("method", "setting", "arithmetic", "digits", "seconds", "first", "drift")
+    yield "{:13} {:16} {:14} {:>6} {:>8} {:>7} {:>7}".format(*heads)
     for row in measured.rows:
         digits = f"{row.digits:.1f}" if row.digits >= 1 else "none"
         drift = "" if row.jellett_drift is None else f"{row.jellett_drift:.0e}"
-        ratio = ratios.get(f"{row.method}, {row.setting}", math.nan)
-        times = "" if math.isnan(ratio) else f"  {ratio:.3g} x"
+        times = ratio.get(f"{row.method}, {row.setting}")
         yield (
-            f"{row.method:13}{row.setting:20}{row.precision:14}{digits:>6}{row.seconds:9.2g}"
-            f" {row.first_seconds:7.2g}{drift:>9}{times}"
+            f"{row.method:13} {row.setting:16} {row.precision:14} {digits:>6} {row.seconds:8.2g} "
+            f"{row.first_seconds:7.2g} {drift:>7}" + (f"  {times:.3g} x" if times else "")
         )
     yield ""
+    yield "digits: at the worst sample; the end may have more where errors have decayed by then."
     yield "first: the first call, with compiling. drift: of lambda, relative."
-    if any(row.digits < 1 for row in measured.rows):
-        yield "none: at the worst sample no digit is right."
-    yield "atol: in SI for each entry: 1 for k, kg m^2/s for L, m/s for v."
-    if ratios:
+    if ratio:
         yield "x: the time over that of the fastest run of tt_precise with no fewer digits."
-    for sentence in measured.left_out:
-        yield f"left out: {sentence}"
+    yield from (f"left out: {sentence}" for sentence in measured.left_out)

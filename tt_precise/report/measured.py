@@ -10,35 +10,20 @@ from pathlib import Path
 import pandas
 
 from tt_precise.claims.paper import LAMBDA_KEPT
-from tt_precise.engines.results import check_of
 from tt_precise.extremes.case import TOPICS, Extremes, families, family_rows
 from tt_precise.report import pictures
 from tt_precise.report.document import Block, Figure, PageTable, Section, Text
-from tt_precise.report.pictures import (
-    growth_of_errors,
-    hidden_by_conservation,
-    scoreboard,
-    work_and_digits,
-    work_precision,
-)
 from tt_precise.report.prose import short
 from tt_precise.runtime import records
+from tt_precise.runtime.cache import changed
 from tt_precise.runtime.records import of_its_form
 from tt_precise.runtime.values import Json
-from tt_precise.tradeoff.findings import (
-    ACCURACIES,
-    ESTIMATES,
-    GROWTH,
-    TABLE,
-    costs,
-    findings,
-    load,
-)
 
-EXTREMES, ENGINES = "extremes.json", "engines.json"
+EXTREMES, ENGINES, TRADEOFF = "extremes.json", "engines.json", "tradeoff.json"
 FAULTS, DROPPED = "fault-amounts.csv", "dropped-terms.csv"
 EXTREMES_COMMAND = f"tt-precise extremes --out reports/measured/{EXTREMES}"
 ENGINES_COMMAND = "python -m benchmarks.engines"
+WORK_COMMAND = "python -m benchmarks.work_precision"
 Content = tuple[list[Block], Mapping[str, Json]]  # of a section: blocks and results
 
 
@@ -66,56 +51,65 @@ def measured_by(
     return decorate
 
 
-@measured_by(
-    "python -m benchmarks.work_precision", "tradeoff", "Speed against accuracy", TABLE,
-    also=(GROWTH, ESTIMATES),
-)  # fmt: skip
+def figures(document: Mapping[str, Json], folder: Path) -> list[Block]:
+    """Return the figures of a measured document, after a warning where its code has changed."""
+    sources = ", ".join(changed(document["code"]))
+    stale = f"Stale: this was measured before the last changes of {sources}."
+    return [
+        *([Text(stale, emphasis=True)] if sources else []),
+        *(
+            Figure(f["name"], f["caption"], (folder / f"{f['name']}.svg").read_text(), f["alt"])
+            for f in document["figures"]
+        ),
+    ]
+
+
+@measured_by(WORK_COMMAND, "tradeoff", "Speed against accuracy", TRADEOFF)
 def tradeoff(folder: Path) -> Content:
-    """The findings of the tables, and their diagrams."""
-    tables = load(folder)
-    rows = tables.rows
-    assert rows is not None
-    results = findings(tables)
+    """The findings on work and precision, and their figures."""
+    document = records.read(folder / TRADEOFF, f"what `{WORK_COMMAND}` writes")
+    findings = document["findings"]
     blocks: list[Block] = [
         Text(
             "Every method integrates the same equations from the same dimensionless numbers and is "
-            f"compared with golden data. `{TABLE}` has all settings. The methods are timed in "
+            "compared with golden data. `tradeoff.csv` has all settings. The methods are timed in "
             "turn, slow methods once; each time is the fastest. Ratios are medians of ratios to a "
             "bare heyoka loop timed just before."
         ),
-        *figures(rows, tables.long_runs),
-        _costs_table(rows, "newton", "Newton form"),
-        _costs_table(rows, "euler", "Euler form"),
+        *figures(document, folder),
+        *(_costs_table(document, form) for form in document["costs"]),
         PageTable(
             ("finding", "value", "definition"),
-            [(f.name, f"{short(f.value, 3)} {f.unit}".strip(), f.definition) for f in results],
+            [
+                (f["name"], f"{short(f['value'], 3)} {f['unit']}".strip(), f["definition"])
+                for f in findings
+            ],
             "Computed from the tables.",
             name="tradeoff-findings",
         ),
     ]
-    values = {finding.name: {"value": short(finding.value, 3)} for finding in results}
-    return blocks, values
+    return blocks, {f["name"]: {"value": short(f["value"], 3)} for f in findings}
 
 
-def figures(rows: pandas.DataFrame, long_runs: pandas.DataFrame | None) -> list[Figure]:
-    """The diagrams."""
-    drawn = [work_precision(rows), work_and_digits(rows), hidden_by_conservation(rows)]
-    return drawn if long_runs is None else [*drawn, growth_of_errors(long_runs)]
-
-
-def _costs_table(rows: pandas.DataFrame, coordinates: str, title: str) -> PageTable:
-    every = costs(rows, coordinates, "seconds")
-    wanted = sorted(every.items(), key=lambda item: (-len(item[1]), *item[1].values()))
-    return PageTable.of(
+def _costs_table(document: Mapping[str, Json], form: str) -> PageTable:
+    accuracies = document["accuracies"]
+    methods = [row for row in document["costs"][form] if row["seconds"]]
+    methods.sort(key=lambda row: (-len(row["seconds"]), *row["seconds"].values()))
+    return PageTable(
+        ("method", *(f"ms to {accuracy}" for accuracy in accuracies)),
         [
-            {"method": method}
-            | {f"ms to {a:.0e}": short(1e3 * prices[a]) if a in prices else "-" for a in ACCURACIES}
-            for method, prices in wanted
-            if prices
+            (
+                row["method"],
+                *(
+                    short(1e3 * row["seconds"][a]) if a in row["seconds"] else "-"
+                    for a in accuracies
+                ),
+            )
+            for row in methods
         ],
-        f"{title}, double: time for a given error at 8 s, interpolated on the curve of the method; "
-        "- if the method does not reach it.",
-        name=f"tradeoff-{coordinates}",
+        f"{form.title()} form, double: time for a given error at 8 s, interpolated on the curve of "
+        "the method; - if the method does not reach it.",
+        name=f"tradeoff-{form}",
     )
 
 
@@ -160,7 +154,6 @@ def engines(folder: Path) -> Content:
     versions = ", ".join(
         f"{engine['name']} {engine['version'] or 'not installed'}" for engine in board["engines"]
     )
-    names = dict.fromkeys(name for row in board["rows"] for name in row.get("checks", ()))
     blocks: list[Block] = [
         Text(
             f"{len(board['engines'])} physics engines simulate a Tippe Top in several tests, each "
@@ -170,15 +163,10 @@ def engines(folder: Path) -> Content:
             "extrapolation from the reference is at most its step error."
         ),
         Text(f"The engines: {versions}."),
-        scoreboard(board),
+        *figures(board, folder),
         PageTable.of(
-            [
-                _engine_row(row) | {name: check_of(row, name) for name in names}
-                for row in board["rows"]
-            ],
-            "Every test of every engine. kinematics and contact_momentum hold under every friction "
-            "law: a failure that decreases with the step is an error of the method, a failure that "
-            "stays is an error of the model.",
+            [_engine_row(row) for row in board["rows"]],
+            "Every test of every engine.",
             filters=("engine", "test", "outcome"),
             name="engines-table",
         ),
@@ -206,9 +194,6 @@ def _engine_row(row: dict[str, Json]) -> dict[str, str]:
     outcome = row["verdict"]
     if row["message"]:
         outcome += f" ({row['message']})"
-    if row["test"] == "inversion" and row["equator"]:
-        moments = ("never" if t is None else f"{t:.2f} s" for t in row["equator"])
-        outcome += f": axis horizontal at {', '.join(moments)}"
     return {
         "engine": row["engine"],
         "test": row["test"],

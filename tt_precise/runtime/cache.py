@@ -28,6 +28,7 @@ SOURCES = (
     "runtime/values.py", "runtime/mpfr.py", "runtime/files.py",
     "scene", "mechanics", "taylor", "integration", "nonsmooth",
 )  # fmt: skip
+PACKAGE = Path(__file__).parents[1]
 DIGITS = 12  # significant, in a cached table
 UNREADABLE = (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError)
 
@@ -38,14 +39,30 @@ def fingerprint(definition: Json) -> str:
 
 
 def source_hash(*paths: str) -> str:
-    """SHA-256 of source files of this package, given as files and folders."""
-    package = Path(__file__).parents[1]
+    """SHA-256 of source files, given as files and folders relative to this package.
+
+    A path that does not exist has no content.
+    """
     digest = hashlib.sha256()
     for source in paths:
-        path = package / source
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+        path = PACKAGE / source
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path] * path.exists():
             digest.update(file.read_bytes())
     return digest.hexdigest()
+
+
+def code_of(*sources: str) -> dict[str, str]:
+    """Return the hash of ``SOURCES`` and of further ``sources``, for a record of evidence."""
+    return {path: source_hash(path) for path in (*SOURCES, *sources)}
+
+
+def changed(code: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the sources that have changed since ``code_of`` hashed them.
+
+    A program outside the package ("../benchmarks") that is not installed is not compared.
+    """
+    there = [path for path in code if (PACKAGE / path).exists() or not path.startswith("..")]
+    return tuple(path for path in there if source_hash(path) != code[path])
 
 
 def cached_table(

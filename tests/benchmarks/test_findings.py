@@ -8,7 +8,7 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.tradeoff.findings import (
+from benchmarks.work_precision.findings import (
     GROWTH,
     TABLE,
     Point,

@@ -245,7 +245,7 @@ def _digits(rows: pandas.DataFrame) -> Iterator[Finding]:
                 f"their own eps, reference scene, 0 to {SHORT} s",
                 "",
             )
-    for precision, bits in (("double", 53), ("extended", 64), *(("mp", n) for n in LADDER)):
+    for precision, bits in (("double", 53), *(("mp", n) for n in LADDER)):
         short = {"precision": precision, "bits": bits, "horizon_s": float(SHORT)}
         plain = _at_best(rows, BARE, **short)
         parallel = _at_best(rows, f"{BARE}, parallel_mode", **short)

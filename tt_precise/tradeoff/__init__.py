@@ -1,1 +1,0 @@
-"""Speed against accuracy: problems, methods, measurement, and findings."""
