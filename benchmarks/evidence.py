@@ -21,6 +21,8 @@ def write(
     ``code`` comes from ``runtime.cache.code_of``.
     """
     words = [{"name": f.name, "caption": f.caption, "alt": f.alt} for f in figures]
-    document = {**content, "figures": words, "code": code}
-    drawings = {file.with_name(f"{figure.name}.svg"): figure.svg for figure in figures}
-    write_together({file: encode(document), **drawings})
+    files: dict[str | Path, str | bytes] = {
+        file.with_name(f"{figure.name}.svg"): figure.svg for figure in figures
+    }
+    files[file] = encode({**content, "figures": words, "code": code})
+    write_together(files)

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from benchmarks.evidence import MEASURED, write
 from benchmarks.work_precision import long_runs, measure
@@ -67,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             measured = measure.measure(measure.whole(), note, progress)
         with progress_bar("long runs") as progress:
             grown = long_runs.table(long_runs.WHOLE, progress)
-        form = {"index": False, "float_format": "%.4g", "lineterminator": "\n"}
+        form: Any = {"index": False, "float_format": "%.4g", "lineterminator": "\n"}
         written = {TABLE: measured.table, GROWTH: grown}
         write_together({folder / name: table.to_csv(**form) for name, table in written.items()})
     tables = load(folder)

@@ -13,7 +13,6 @@ from tt_precise.commands import options
 from tt_precise.mechanics.laws import COULOMB, LAWS
 from tt_precise.runtime.terminal import progress_bar
 from tt_precise.runtime.values import InputError, require_name
-from tt_precise.runtime.workers import cores
 
 GOOD = ("rounding", "converges", "measured")
 
@@ -28,13 +27,13 @@ GOOD = ("rounding", "converges", "measured")
               help="Largest of three steps in s; the others are a half and a quarter.")  # fmt: skip
 @click.option("--time-limit", default=120.0, show_default=True, type=options.POSITIVE,
               help="Time limit for one motion in s.")  # fmt: skip
-@options.workers("by default one for each core")
-@click.option("--out", type=click.Path(path_type=Path), help="Write the results (JSON) to a file.")
+@options.WORKERS
+@click.option("--out", type=options.FILE, help="Write the results (JSON) to this file.")
 @click.option("--job", "job_of", metavar="TEST", help="Print the job of a test at --step.")
 @options.JSON
 def command(
     program: str | None, law: str, order: float | None, names: tuple[str, ...], step: str,
-    time_limit: float, workers: int | None, out: Path | None, job_of: str | None, as_json: bool,
+    time_limit: float, workers: int, out: Path | None, job_of: str | None, as_json: bool,
 ) -> int:  # fmt: skip
     """Measure order and error floor of a physics engine against references, test by test.
 
@@ -66,7 +65,7 @@ def command(
         results = list(
             run_ladder(
                 program, words, [tests[name] for name in names or tests], largest, order=order,
-                time_limit=time_limit, workers=workers or cores(), progress=progress,
+                time_limit=time_limit, workers=workers, progress=progress,
             )
         )  # fmt: skip
     content = {

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated
 
 import click
 
-from tt_precise.commands.options import JSON, POSITIVE, emit
+from tt_precise import tradeoff
+from tt_precise.commands import options
 from tt_precise.runtime import plotting
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import progress_bar
-from tt_precise.scene.scene import load_scene
-from tt_precise.tradeoff import SECONDS, Row, Tradeoff, measure, plot, ratios
+from tt_precise.scene.scene import Scene
+from tt_precise.tradeoff import SECONDS, Row, Tradeoff
 
 
 class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tradeoff/4"):
@@ -29,21 +31,18 @@ class TradeoffRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.tr
 
 
 @click.command("tradeoff")
-@click.argument("scene", default="reference")
-@click.option("--until", help="Horizon in s, instead of the scene's.")
+@options.scene(default="reference")
 @click.option(
     "--seconds",
-    type=POSITIVE,
+    type=options.POSITIVE,
     default=SECONDS,
     show_default=True,
     help="Limit in s for tt_precise, without compiling, and for each method of SciPy, which has "
     "ten times as long for its first digit.",
 )
-@click.option("--plot", "picture", help="Plot digits against time (.svg, .png or .pdf).")
-@JSON
-def command(
-    scene: str, until: str | None, seconds: float, picture: str | None, as_json: bool
-) -> int:
+@click.option("--plot", type=options.FILE, help="Plot digits against time (.svg, .png or .pdf).")
+@options.JSON
+def command(scene: Scene, seconds: float, plot: Path | None, as_json: bool) -> int:
     """Measure the cost of a digit on SCENE (a shipped name or a TOML file), in some ten seconds.
 
     Each line requests 3 to 30 digits, and shows the chosen arithmetic, the delivered digits, the
@@ -51,17 +50,15 @@ def command(
     in plain Python, each within --seconds once it has a digit. The report compares compiled
     integrators.
     """
-    loaded = load_scene(scene)
-    loaded = loaded if until is None else loaded.varied(until=until)
-    if picture is not None:
-        plotting.require_format(picture)
+    if plot is not None:
+        plotting.require_format(plot)
     with progress_bar("digits and tolerances") as progress:
-        measured = measure(loaded, seconds, progress)
-    if picture is not None:
-        plotting.save(plot(measured.rows), picture)
-    ratio = ratios(measured.rows)
-    record = TradeoffRecord(loaded.name, measured.until_s, measured.rows, ratio, measured.left_out)
-    emit(as_json, record, _lines(loaded.name, measured, ratio))
+        measured = tradeoff.measure(scene, seconds, progress)
+    if plot is not None:
+        plotting.save(tradeoff.plot(measured.rows), plot)
+    ratio = tradeoff.ratios(measured.rows)
+    record = TradeoffRecord(scene.name, measured.until_s, measured.rows, ratio, measured.left_out)
+    options.emit(as_json, record, _lines(scene.name, measured, ratio))
     return 0
 
 

@@ -180,9 +180,8 @@ def ladder_tests(law: Law = COULOMB) -> tuple[LadderTest, ...]:
 class LadderResult:
     """The result of an engine on a test, with one number a step size.
 
-    ``errors`` are distances from the reference (1: the size of the motion), ``digits`` those of the
-    errors, ``drift`` the largest relative changes of conserved quantities. The error is about
-    C step^``order`` + ``floor``.
+    ``errors`` are distances from the reference (1: the size of the motion), ``drift`` the largest
+    relative changes of conserved quantities. The error is about C step^``order`` + ``floor``.
     """
 
     engine: str
@@ -221,7 +220,7 @@ def run_ladder(
 ) -> Iterator[LadderResult]:
     """Run the program on every test at ``step``, its half and its quarter; yield the results.
 
-    ``step`` and ``time_limit`` are in s. ``order`` is the order of the program's method, if known.
+    ``step`` and ``time_limit`` are in s; ``order`` is that of the program's method, if known.
     """
     steps = (step, step / 2, step / 4)
     stop, pool = threading.Event(), ThreadPoolExecutor(workers)
@@ -307,7 +306,7 @@ def _drift(test: LadderTest, motion: SampledMotion, name: str) -> float:
     """Return the largest relative change of a conserved quantity."""
     body = test.start.body
     L = angular_momentum(body, tuple(motion.k.T), tuple(motion.omega.T))
-    vectors = NewtonState(*motion.k.T, *L, 0.0, 0.0)
+    vectors = NewtonState(*(*motion.k.T, *L, 0.0, 0.0))
     q = Motion(body, vectors, numpy, s_dot=lambda: tuple(motion.s_dot.T))
     values = numpy.atleast_2d(CONSERVED[name](q))
     change = numpy.linalg.norm(values - values[:, :1], axis=0).max()

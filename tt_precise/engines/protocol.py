@@ -38,7 +38,6 @@ ROTATION = (0.8, 0.0, 0.0, 0.6)
 TIME_LIMIT_S = 120.0
 MOST_BYTES = 20_000_000  # Limit of standard output and of standard error; a motion has 0.2 MB.
 PAUSE_S = 0.002  # Interval at which a running program is inspected.
-TIME_TOLERANCE_S = 1e-9
 LARGEST = 1e50  # A larger number in SI counts as diverged; the square of an energy is a double.
 START_TOLERANCE = 1e-3  # Relative tolerance of the first row, which is the start of the job.
 NO_FRICTION: dict[str, Json] = {"law": "none", "mu": 0.0}
@@ -142,7 +141,7 @@ def run(
     if process.returncode:
         return ProgramRun("failed", f"exit status {process.returncode}: {last}")
     try:
-        return _read(text, job)
+        return _parse_rows(text, job)
     except ValueError as error:
         return ProgramRun("unreadable", str(error).splitlines()[0])
 
@@ -168,7 +167,7 @@ def _wait(
     return ""
 
 
-def _read(text: str, job: dict[str, Json]) -> ProgramRun:
+def _parse_rows(text: str, job: dict[str, Json]) -> ProgramRun:
     """Read the rows of a program. Raises ``ValueError``: these are not rows of the job."""
     table = pandas.read_csv(io.StringIO(text), comment="#", skipinitialspace=True)
     table.columns = table.columns.str.strip()
@@ -176,7 +175,7 @@ def _read(text: str, job: dict[str, Json]) -> ProgramRun:
     if missing:
         raise ValueError(f"missing columns {', '.join(missing)}, expected {','.join(COLUMNS)}")
     rows, times = table[list(COLUMNS)].to_numpy(dtype=float), numpy.array(job["sample_times"])
-    if len(rows) != len(times) or abs(rows[:, 0] - times).max() > TIME_TOLERANCE_S:
+    if len(rows) != len(times) or abs(rows[:, 0] - times).max() > 1e-9:
         raise ValueError(f"got {len(rows)} rows, expected one at each of {len(times)} sample times")
     valid = (abs(rows) < LARGEST).all(axis=1)
     if not valid.all():
