@@ -27,7 +27,7 @@ from tt_precise.integration import events, heyoka_backend, solution
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, laws, quantities
 from tt_precise.mechanics.laws import DIMENSIONLESS_MU, EPSILON, Law
-from tt_precise.mechanics.quantities import ENERGY, Motion, quantity
+from tt_precise.mechanics.quantities import quantity
 from tt_precise.runtime import tables
 from tt_precise.scene import scene
 
@@ -65,13 +65,10 @@ def test_a_scene(said: Said, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_quantity(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
-    def twice_energy(q: Motion) -> Any:
-        """Twice the energy E; after eq (9)."""
-        return 2 * quantities.QUANTITIES["E"].evaluate(q)
-
     # the entry of the decorator goes with this one
     monkeypatch.setitem(quantities.QUANTITIES, "twice_energy", None)
-    quantity(ENERGY)(twice_energy)
+    energy = quantities.QUANTITIES["E"].evaluate
+    quantity("twice_energy", "J", "Twice the energy E; after eq (9).")(lambda q: 2 * energy(q))
     frame = tt.integrate("reference", until="0.05").frame("twice_energy", "E")
     assert (frame["twice_energy"] == 2 * frame["E"]).all()
     said(SHORT, "--out a.csv --columns twice_energy")

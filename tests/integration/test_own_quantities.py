@@ -289,27 +289,12 @@ def test_a_motion_has_the_numbers_of_its_run(half: Scene) -> None:
     assert double.at(found).ky == pytest.approx(-0.03, rel=1e-10)
 
 
-def _without_a_name(q: Motion) -> Any:
-    raise AttributeError("mine")
-
-
 @pytest.mark.parametrize(
-    ("function", "line"),
-    [
-        (lambda q: q.parameters, "got no 'parameters' of a Motion, expected one of: a, body, "),
-        (lambda q: q.lam, "quantity of `tt-precise columns`; did you mean jellett"),
-        (lambda q: q.state.theta, "got no 'theta' of a NewtonState, expected one of: L, Lx, "),
-        (lambda q: q.k.z, "'tuple' object has no attribute 'z'), expected a function that"),
-        (
-            lambda q: q.speed,
-            "omega_cross_a, rolls, s_dot, state, torque, v_dot, viscous, x_hat, or a quantity of "
-            "`tt-precise columns`; did you mean gliding_speed?",
-        ),
-        (_without_a_name, "got AttributeError (mine), expected a function that"),
-    ],
+    ("function", "name"),
+    [(lambda q: q.lam, "lam"), (lambda q: q.state.theta, "theta"), (lambda q: q.k.z, "z")],
 )
-def test_an_attribute_that_a_motion_lacks_is_named(function: Any, line: str) -> None:
-    with pytest.raises(InputError, match=re.escape(line)):
+def test_an_attribute_that_a_motion_lacks_is_named(function: Any, name: str) -> None:
+    with pytest.raises(InputError, match=f"got AttributeError .*'{name}'"):
         tt.integrate("reference", until="0.1", events=[function])
 
 

@@ -1,6 +1,5 @@
 """Friction laws: their limits, their agreement with the viscous equations, and the polar form."""
 
-import math
 import pickle
 import types
 from dataclasses import replace
@@ -118,14 +117,6 @@ def test_a_law_keeps_what_it_promises(law: str, mp: Any, rounded: Any) -> None:
     smooth = abs(slow / rest - 1) < mp.mpf("1e-50") and rest < 100
     assert bool(smooth) == body.friction.smooth_at_rest
     assert pickle.loads(pickle.dumps(dry(law, **further(law)))).friction is LAWS[law]
-
-
-def test_an_arithmetic_without_exp_is_refused_in_words() -> None:
-    body = dry("stribeck", **further("stribeck")).numbers(float)
-    assert friction.coefficient(body, 1.0, 0.0, math) > 0
-    without = types.SimpleNamespace(sqrt=math.sqrt)
-    with pytest.raises(InputError, match="got stribeck, expected a law without exp"):
-        friction.coefficient(body, 1.0, 0.0, without)
 
 
 def test_stribeck_falls_from_static_to_kinetic_friction(mp: Any, rounded: Any) -> None:

@@ -235,7 +235,7 @@ class _Work:
             quantity.evaluate(limit),
             f"value: the limits of section 1; independent: {name} of the vectors "
             f"of the {spin} spin that has the scene's lambda = -L.a",
-            quantity.dimension.unit,
+            quantity.unit,
         )
 
     def gamma(self) -> Determination:

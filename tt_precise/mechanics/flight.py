@@ -19,14 +19,7 @@ from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import Described, Integrated, NewtonState, OfAxis
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import (
-    Quaternion,
-    Vector,
-    cross,
-    multiplied,
-    rotate,
-    rotation,
-)
+from tt_precise.mechanics.vectors import Quaternion, Vector, cross, multiplied, rotate, rotation
 from tt_precise.runtime.values import Functions, Scalar
 
 

@@ -31,7 +31,6 @@ def coefficient(body: Parameters, vx: Scalar, vy: Scalar, fn: Functions) -> Scal
     law = body.friction
     if law.constant:
         return body.mu
-    law.require(fn)
     return law.coefficient(vx * vx + vy * vy, fn, body.mu, *body.further)
 
 

@@ -63,21 +63,6 @@ class Law:
         """Names of the parameters after mu."""
         return tuple(parameter.name for parameter in self.parameters[1:])
 
-    def require(self, fn: Functions) -> None:
-        """Refuse an arithmetic that lacks a function of the coefficient.
-
-        Raises
-        ------
-        InputError
-            A function is missing.
-        """
-        missing = self.missing(fn)
-        if missing:
-            raise InputError(
-                f"friction.law: got {self.name}, expected a law without {' and '.join(missing)}: "
-                "this arithmetic does not support it; use double, extended, quad or mp"
-            )
-
     def missing(self, fn: Functions) -> list[str]:
         """The functions of the coefficient that an arithmetic lacks."""
         return [name for name in self.functions if not hasattr(fn, name)]

@@ -19,31 +19,13 @@ from __future__ import annotations
 from collections import namedtuple
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Scalar
 
-
-class Described(Protocol):
-    """The part of a ``Motion`` from which states are computed."""
-
-    @property
-    def body(self) -> Parameters:
-        """The top."""
-
-    @property
-    def state(self) -> Any:
-        """The vectors, perhaps with a height."""
-
-    @property
-    def euler(self) -> Any:
-        """The Euler state."""
-
-    @property
-    def fn(self) -> Functions:
-        """The functions of the arithmetic."""
+Described = Any  # A ``Motion``, whose type rests on the states.
 
 
 class Integrated:

@@ -131,15 +131,6 @@ class Dimension(NamedTuple):
         return cls(*powers)
 
 
-class Torque(Dimension):
-    """The dimension of a torque: that of an energy, with another unit."""
-
-    @property
-    def unit(self) -> str:
-        """The SI unit, N m."""
-        return "N m"
-
-
 class Units(NamedTuple):
     """The units of the dimensionless form: mass m, length R, time sqrt(R/g), in SI."""
 

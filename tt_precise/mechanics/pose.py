@@ -31,10 +31,7 @@ def half_angles(fn: Functions, k: Vector, s: Scalar) -> tuple[Scalar, Scalar]:
     angle = fn.atan2(s, abs(k[2])) / 2  # from the nearer pole
     large, small = fn.cos(angle), fn.sin(angle)
     upright = (k[2] >= 0) * 1  # a number, so that arrays choose entry by entry
-    return (
-        large * upright + small * (1 - upright),
-        small * upright + large * (1 - upright),
-    )
+    return (large * upright + small * (1 - upright), small * upright + large * (1 - upright))
 
 
 def pose(q: Motion, s: Scalar, phi: Scalar, psi: Scalar, x: Scalar, y: Scalar) -> Pose:
@@ -53,17 +50,5 @@ def pose(q: Motion, s: Scalar, phi: Scalar, psi: Scalar, x: Scalar, y: Scalar) -
     # the body's first two axes: the columns of the quaternion's matrix
     first = (1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy + qw * qz), 2 * (qx * qz - qw * qy))
     second = (2 * (qx * qy - qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz + qw * qx))
-    return Pose(
-        qw,
-        qx,
-        qy,
-        qz,
-        x,
-        y,
-        height,
-        *q.s_dot,
-        *q.omega,
-        dot(q.omega, first),
-        dot(q.omega, second),
-        dot(q.omega, q.k),
-    )
+    turning = (dot(q.omega, axis) for axis in (first, second, q.k))
+    return Pose(*(qw, qx, qy, qz, x, y, height), *q.s_dot, *q.omega, *turning)

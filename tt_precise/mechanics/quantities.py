@@ -17,14 +17,14 @@ from tt_precise.mechanics import compliant, friction, newton, rolling
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters, Torque
+from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters
 from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length, subtracted
-from tt_precise.runtime.values import Functions, Hints, InputError, Scalar, nearest
+from tt_precise.runtime.values import Functions, InputError, Scalar
 
 WRITTEN_LAMBDA = "jellett"  # The attribute of a motion that lambda is, a word of Python's own.
 
 
-class Motion(Hints):
+class Motion:
     """A body in a state, in one arithmetic: the argument of quantities.
 
     Every quantity of the catalogue is an attribute too: ``motion.g_n``, ``motion.theta``, and
@@ -36,7 +36,6 @@ class Motion(Hints):
     """
 
     state: Any  # a NewtonState or a LiftedState
-    _parts = ("state", "euler", "body")
 
     def __init__(
         self,
@@ -55,11 +54,9 @@ class Motion(Hints):
 
         def __getattr__(self, name: str) -> Scalar:
             quantity = QUANTITIES.get("lambda" if name == WRITTEN_LAMBDA else name)
-            return quantity.evaluate(self) if quantity else super().__getattr__(name)
-
-    def _where(self, name: str) -> str:
-        where = super()._where(name) or nearest(name, [*QUANTITIES, WRITTEN_LAMBDA])
-        return WRITTEN_LAMBDA if where == "lambda" else where
+            if quantity is None:
+                raise AttributeError(f"a motion has no {name!r}", name=name, obj=self)
+            return quantity.evaluate(self)
 
     @cached_property
     def k(self) -> Vector:
@@ -157,15 +154,12 @@ class Motion(Hints):
         return euler_from_vectors(self.body, self.state, self.fn)
 
 
-ANGLE, RATE, ACCELERATION = Dimension(), Dimension(0, 0, -1), Dimension(0, 0, -2)
-SPEED = Dimension(0, 1, -1)
-FORCE, TORQUE, ENERGY, POWER = (
-    Dimension(1, 1, -2), Torque(1, 2, -2), Dimension(1, 2, -2), Dimension(1, 2, -3),
-)  # fmt: skip
-# The mark of a user's column whose unit nobody said.
+ANGLE, RATE, SPEED, ENERGY = (Dimension.of(unit) for unit in ("rad", "rad/s", "m/s", "J"))
+ANGULAR_MOMENTUM, JELLETT = Dimension.of("kg m^2/s"), Dimension.of("kg m^3/s")
+# The end of a name that marks a user's column without a unit.
 UNITLESS = " [m = R = g = 1]"
-OWN = f"{__name__.partition('.')[0]}."  # Prefix of the modules of a motion's own classes.
-ANGULAR_MOMENTUM, JELLETT = Dimension(1, 2, -1), Dimension(1, 3, -1)
+# Types of results that a user's function must not have; gmpy2 and mpmath call complex numbers mpc.
+REFUSED = ("NoneType", "bool", "bool_", "mpc")
 
 
 @dataclass(frozen=True)
@@ -185,43 +179,36 @@ class UserFunction:
         except InputError:
             raise
         except Exception as error:
-            of = getattr(error, "obj", None)
-            if isinstance(error, AttributeError) and type(of).__module__.startswith(OWN):
-                there = ", ".join(n for n in dir(of) if not n.startswith("_"))
-                where = of._where(str(error.name)) if isinstance(of, Hints) else ""
-                there += ", or a quantity of `tt-precise columns`" * isinstance(of, Motion)
-                raise InputError(
-                    f"{name}: got no {error.name!r} of a {type(of).__name__}, expected one of: "
-                    f"{there}" + (f"; did you mean {where}?" if where else "")
-                ) from error
             raise InputError(
-                f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function "
-                "that works in every arithmetic: sums, products, quotients, powers, abs, and "
-                "functions of motion.fn such as motion.fn.sqrt in the place of NumPy's and math's"
+                f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function of "
+                "quantities of the motion that works in every arithmetic: sums, products, "
+                "quotients, powers, abs, and functions of motion.fn such as motion.fn.sqrt"
             ) from error
-        one = next(iter(getattr(value, "flat", ())), value)
-        # gmpy2 and mpmath both call their complex numbers mpc
-        if type(one).__name__ in ("NoneType", "str", "bool", "bool_", "mpc") or isinstance(
-            one, complex
-        ):
+        number = next(iter(getattr(value, "flat", ())), value)
+        if isinstance(number, (complex, str)) or type(number).__name__ in REFUSED:
             raise InputError(f"{name}: got {value!r:.60} from the function, expected a real number")
         return value
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named quantity: its function, dimension, meaning with equation number, and domain.
+    """A named quantity: its function, SI unit, meaning with equation number, and domain.
 
-    ``azimuth`` is true if the function needs the direction of the tilt, which an Euler state lacks.
+    ``pole`` is false if the function is undefined at the poles; ``azimuth`` is true if it needs the
+    direction of the tilt, which an Euler state lacks.
     """
 
     name: str
     evaluate: Callable[[Motion], Scalar]
-    dimension: Dimension
+    unit: str
     meaning: str
     pole: bool = True
-    radians: bool = False
     azimuth: bool = False
+
+    @cached_property
+    def dimension(self) -> Dimension:
+        """Powers of mass, length and time."""
+        return Dimension.of(self.unit)
 
     @classmethod
     def of(cls, function: Callable[[Motion], Scalar], unit: str | None = None) -> Quantity:
@@ -229,46 +216,30 @@ class Quantity:
 
         Its arguments and results are in units of m, R and sqrt(R/g). With a ``unit`` ("m/s"), or a
         dimension as attribute of the function, its columns are in SI; otherwise their name says
-        that m = R = g = 1.
+        that m = R = g = 1. Raises ``InputError``: the unit is not an SI unit without prefix.
         """
-        meaning = str(function.__doc__ or "of the user").partition("\n")[0]
-        dimension = getattr(function, "dimension", None) if unit is None else unit
-        if dimension is None:
-            return cls(function.__name__ + UNITLESS, UserFunction(function), Dimension(), meaning)
-        radians = "rad" in str(unit)
-        if not isinstance(dimension, Dimension):
-            dimension = Dimension.of(dimension)
-        return cls(function.__name__, UserFunction(function), dimension, meaning, radians=radians)
-
-    @property
-    def unit(self) -> str:
-        """The SI unit, with rad for an angle or the time derivative of an angle."""
-        unit = self.dimension.unit
-        if not self.radians:
-            return unit
-        return "rad" if unit == "1" else unit.replace("1", "rad", 1)
+        name, meaning = function.__name__, str(function.__doc__ or "of the user").partition("\n")[0]
+        unit = getattr(function, "dimension", None) if unit is None else unit
+        if unit is None:
+            return cls(name + UNITLESS, UserFunction(function), "1", meaning)
+        unit = getattr(unit, "unit", unit)
+        Dimension.of(unit)  # refuses another unit here, not where the quantity is evaluated
+        return cls(name, UserFunction(function), unit, meaning)
 
 
 QUANTITIES: dict[str, Quantity] = {}
 
 
 def quantity(
-    dimension: Dimension, *, name: str = "", pole: bool = True, radians: bool = False
+    name: str, unit: str, meaning: str, **domain: bool
 ) -> Callable[[Callable[[Motion], Scalar]], Callable[[Motion], Scalar]]:
-    """Register a function of a ``Motion`` as a quantity, by default under its own name."""
+    """Register a function of a ``Motion`` as a quantity; ``domain`` has flags of ``Quantity``."""
 
     def register(function: Callable[[Motion], Scalar]) -> Callable[[Motion], Scalar]:
-        key = name or function.__name__
-        meaning = str(function.__doc__).partition("\n")[0]
-        QUANTITIES[key] = Quantity(key, function, dimension, meaning, pole, radians)
+        QUANTITIES[name] = Quantity(name, function, unit, meaning, **domain)
         return function
 
     return register
-
-
-def formulas(*quantities: Quantity) -> None:
-    """Register quantities whose functions are one expression."""
-    QUANTITIES.update({one.name: one for one in quantities})
 
 
 def d(body: Parameters, z: Scalar) -> Scalar:
@@ -296,153 +267,132 @@ def effective_potential(
     )
 
 
-@quantity(JELLETT, name="lambda")
-def jellett(q: Motion) -> Scalar:
-    """Jellett's integral lambda = -L.a; after eq (1)."""
-    return -dot(q.state.L, q.a)
+def _potential(q: Motion) -> Scalar:
+    at_rest = q.body.m * q.body.g * q.body.R * (1 - q.body.alpha * q.state.kz)
+    lifted = isinstance(q.state, LiftedState)
+    return at_rest + q.body.m * q.body.g * q.state.height if lifted else at_rest
 
 
-@quantity(ENERGY)
-def E_trans(q: Motion) -> Scalar:
-    """Translational energy m s_dot^2/2; eq (22)."""
-    return q.body.m * dot(q.s_dot, q.s_dot) / 2
-
-
-@quantity(ENERGY)
-def E_rot(q: Motion) -> Scalar:
-    """Rotational energy omega.L/2; eq (22)."""
-    return dot(q.omega, q.state.L) / 2
-
-
-@quantity(ENERGY)
-def E_pot(q: Motion) -> Scalar:
-    """Potential energy m g R (1 - alpha cos theta); eq (22)."""
-    above_lowest = q.body.m * q.body.g * q.body.R * (1 - q.body.alpha * q.state.kz)
-    if isinstance(q.state, LiftedState):
-        return above_lowest + q.body.m * q.body.g * q.state.height
-    return above_lowest
-
-
-@quantity(ENERGY)
-def E(q: Motion) -> Scalar:
-    """Total energy E_trans + E_rot + E_pot; eq (22)."""
-    return E_trans(q) + E_rot(q) + E_pot(q)
-
-
-formulas(
-    Quantity("E_trans_dot", lambda q: dot(q.s_dot, q.force) - q.body.m * q.body.g * q.s_dot[2],
-             POWER, "Rate of translational energy, s_dot.(F - m g z); section 2.3."),
-    Quantity("E_rot_dot", lambda q: dot(q.omega, q.torque), POWER,
-             "Rate of rotational energy, omega.(a x F); section 2.3."),
-    Quantity("E_pot_dot", lambda q: q.body.m * q.body.g * q.s_dot[2], POWER,
-             "Rate of potential energy, m g s_dot.z; section 2.3."),
-)  # fmt: skip
-
-
-@quantity(POWER)
-def E_dot(q: Motion) -> Scalar:
-    """Rate of total energy, v_A.F = -mu g_n v_A^2; section 1."""
-    return dot(q.state.v, q.force)
-
-
-@quantity(ENERGY)
-def E_tilde(q: Motion) -> Scalar:
-    """Modified energy E~: the energy with s_dot = -omega x a; eq (8)."""
-    return q.body.m * dot(q.omega_cross_a, q.omega_cross_a) / 2 + E_rot(q) + E_pot(q)
-
-
-formulas(
-    Quantity("E_tilde_dot", lambda q: q.body.m * dot(q.omega_cross_a, q.v_dot), POWER,
-             "Rate of the modified energy, m (omega x a).v_A_dot; eq (12)."),
-)  # fmt: skip
-
-
-@quantity(ANGULAR_MOMENTUM)
-def D(q: Motion) -> Scalar:
-    """Routh's function D = I3 omega_3 sqrt(d(cos theta)); eq (9)."""
-    return dot(q.state.L, q.k) * q.fn.sqrt(d(q.body, q.state.kz))
-
-
-@quantity(TORQUE)
-def D_dot(q: Motion) -> Scalar:
-    """Rate of Routh's function, gamma m/(alpha sqrt(d)) (z x a).v_A_dot; eq (11)."""
+def _routh_rate(q: Motion) -> Scalar:
     z_cross_a = (-q.a[1], q.a[0], 0)
     factor = q.body.gamma * q.body.m / (q.body.alpha * q.fn.sqrt(d(q.body, q.state.kz)))
     return factor * dot(z_cross_a, q.v_dot)
 
 
-@quantity(FORCE)
-def g_n(q: Motion) -> Scalar:
-    """Normal force; eq (7) when gliding, the constraint force's when rolling."""
-    return q.force[2]
-
-
-formulas(
-    Quantity("gliding_speed", lambda q: horizontal_length(q.fn, q.state.vx, q.state.vy), SPEED,
-             "Speed |v_A| of the contact point."),
-    Quantity("theta", lambda q: q.fn.atan2(horizontal_length(q.fn, q.state.kx, q.state.ky),
-                                           q.state.kz),
-             ANGLE, "Inclination of the axis.", radians=True),
-    Quantity("theta_dot", lambda q: q.euler.theta_dot, RATE, "Rate of the inclination.",
-             pole=False, radians=True),
-    Quantity("phi_dot", lambda q: q.euler.phi_dot, RATE,
-             "Precession rate of the axis about the vertical.", pole=False, radians=True),
-    Quantity("psi_dot", lambda q: dot(q.state.L, q.k) / q.body.I3 - q.euler.phi_dot * q.state.kz,
-             RATE, "Rate of rotation about the axis, omega_3 - phi_dot cos theta; section 1.",
-             pole=False, radians=True),
-    Quantity("omega_3", lambda q: dot(q.state.L, q.k) / q.body.I3, RATE,
-             "Angular velocity about the axis, omega.k; section 1.", radians=True),
-    Quantity("omega_3_dot", lambda q: dot(q.torque, q.k) / q.body.I3, ACCELERATION,
-             "Rate of omega_3, (a x F).k/I3; eq (4).", radians=True),
-    # the manifests of golden data quote what columns mean: new words need new seals
-    Quantity("nu_x", lambda q: q.euler.nu_x, SPEED,
-             "Gliding velocity towards the lean, v_A.x; section 1.", pole=False),
-    Quantity("nu_y", lambda q: q.euler.nu_y, SPEED,
-             "Gliding velocity across the lean, v_A.y; section 1.", pole=False),
-    Quantity("tau_x", lambda q: dot(q.torque, q.x_hat), TORQUE,
-             "Torque along x-hat; section 2.3.", pole=False),
-    Quantity("tau_y", lambda q: q.torque[1] * q.x_hat[0] - q.torque[0] * q.x_hat[1], TORQUE,
-             "Torque along y-hat; section 2.3.", pole=False),
-    Quantity("tau_z", lambda q: q.torque[2], TORQUE, "Torque along the vertical; section 2.3."),
-    Quantity("xi", lambda q: dot(q.state.L, q.k) - q.body.I1 * q.euler.phi_dot * q.state.kz,
-             ANGULAR_MOMENTUM,
-             "Gyroscopic balance xi = I3 omega_3 - I1 phi_dot cos theta; section 1.", pole=False),
-)  # fmt: skip
-
-
-@quantity(RATE, pole=False, radians=True)
-def theta_dot_simplified(q: Motion) -> Scalar:
-    """theta_dot of the equation simplified by xi = 0, mu g_n R^2 (1-alpha cos)^2 nu_y/lambda."""
+def _simplified(q: Motion) -> Scalar:
     height = q.body.R * (1 - q.body.alpha * q.state.kz)
     return q.viscous.mu * g_n(q) * height * height * q.euler.nu_y / jellett(q)
 
 
-@quantity(ENERGY, pole=False)
-def V(q: Motion) -> Scalar:
-    """Effective potential V(cos theta, D, lambda) at the motion's own D and lambda; eq (18)."""
-    return effective_potential(q.body, q.state.kz, D(q), jellett(q), q.fn)
-
-
-formulas(
-    Quantity("E_tilde_main",
-             lambda q: effective_mass(q.body, q.state.kz) * q.euler.theta_dot**2 + V(q), ENERGY,
-             "Right-hand side of the Main Equation, g(cos theta) theta_dot^2 + V; eq (17).",
-             pole=False),
-)  # fmt: skip
-
-
-@quantity(ANGULAR_MOMENTUM)
-def L_z(q: Motion) -> Scalar:
-    """Vertical angular momentum about the centre of mass."""
-    return q.state.Lz
-
-
-formulas(
-    Quantity("s_dot_x", lambda q: q.s_dot[0], SPEED,
-             "Velocity of the centre of mass along the inertial X axis.", azimuth=True),
-    Quantity("s_dot_y", lambda q: q.s_dot[1], SPEED,
-             "Velocity of the centre of mass along the inertial Y axis.", azimuth=True),
-)  # fmt: skip
+# The manifests of golden data quote the meanings: new words need new seals.
+jellett = quantity("lambda", "kg m^3/s", "Jellett's integral lambda = -L.a; after eq (1).")(
+    lambda q: -dot(q.state.L, q.a)
+)
+E_trans = quantity("E_trans", "J", "Translational energy m s_dot^2/2; eq (22).")(
+    lambda q: q.body.m * dot(q.s_dot, q.s_dot) / 2
+)
+E_rot = quantity("E_rot", "J", "Rotational energy omega.L/2; eq (22).")(
+    lambda q: dot(q.omega, q.state.L) / 2
+)
+E_pot = quantity("E_pot", "J", "Potential energy m g R (1 - alpha cos theta); eq (22).")(_potential)
+E = quantity("E", "J", "Total energy E_trans + E_rot + E_pot; eq (22).")(
+    lambda q: E_trans(q) + E_rot(q) + E_pot(q)
+)
+quantity("E_trans_dot", "W", "Rate of translational energy, s_dot.(F - m g z); section 2.3.")(
+    lambda q: dot(q.s_dot, q.force) - q.body.m * q.body.g * q.s_dot[2]
+)
+quantity("E_rot_dot", "W", "Rate of rotational energy, omega.(a x F); section 2.3.")(
+    lambda q: dot(q.omega, q.torque)
+)
+quantity("E_pot_dot", "W", "Rate of potential energy, m g s_dot.z; section 2.3.")(
+    lambda q: q.body.m * q.body.g * q.s_dot[2]
+)
+E_dot = quantity("E_dot", "W", "Rate of total energy, v_A.F = -mu g_n v_A^2; section 1.")(
+    lambda q: dot(q.state.v, q.force)
+)
+E_tilde = quantity(
+    "E_tilde", "J", "Modified energy E~: the energy with s_dot = -omega x a; eq (8)."
+)(lambda q: q.body.m * dot(q.omega_cross_a, q.omega_cross_a) / 2 + E_rot(q) + E_pot(q))
+quantity("E_tilde_dot", "W", "Rate of the modified energy, m (omega x a).v_A_dot; eq (12).")(
+    lambda q: q.body.m * dot(q.omega_cross_a, q.v_dot)
+)
+D = quantity("D", "kg m^2/s", "Routh's function D = I3 omega_3 sqrt(d(cos theta)); eq (9).")(
+    lambda q: dot(q.state.L, q.k) * q.fn.sqrt(d(q.body, q.state.kz))
+)
+quantity(
+    "D_dot", "N m", "Rate of Routh's function, gamma m/(alpha sqrt(d)) (z x a).v_A_dot; eq (11)."
+)(_routh_rate)
+g_n = quantity(
+    "g_n", "N", "Normal force; eq (7) when gliding, the constraint force's when rolling."
+)(lambda q: q.force[2])
+quantity("gliding_speed", "m/s", "Speed |v_A| of the contact point.")(
+    lambda q: horizontal_length(q.fn, q.state.vx, q.state.vy)
+)
+quantity("theta", "rad", "Inclination of the axis.")(
+    lambda q: q.fn.atan2(horizontal_length(q.fn, q.state.kx, q.state.ky), q.state.kz)
+)
+quantity("theta_dot", "rad/s", "Rate of the inclination.", pole=False)(lambda q: q.euler.theta_dot)
+quantity("phi_dot", "rad/s", "Precession rate of the axis about the vertical.", pole=False)(
+    lambda q: q.euler.phi_dot
+)
+quantity(
+    "psi_dot",
+    "rad/s",
+    "Rate of rotation about the axis, omega_3 - phi_dot cos theta; section 1.",
+    pole=False,
+)(lambda q: dot(q.state.L, q.k) / q.body.I3 - q.euler.phi_dot * q.state.kz)
+quantity("omega_3", "rad/s", "Angular velocity about the axis, omega.k; section 1.")(
+    lambda q: dot(q.state.L, q.k) / q.body.I3
+)
+quantity("omega_3_dot", "rad/s^2", "Rate of omega_3, (a x F).k/I3; eq (4).")(
+    lambda q: dot(q.torque, q.k) / q.body.I3
+)
+quantity("nu_x", "m/s", "Gliding velocity towards the lean, v_A.x; section 1.", pole=False)(
+    lambda q: q.euler.nu_x
+)
+quantity("nu_y", "m/s", "Gliding velocity across the lean, v_A.y; section 1.", pole=False)(
+    lambda q: q.euler.nu_y
+)
+quantity("tau_x", "N m", "Torque along x-hat; section 2.3.", pole=False)(
+    lambda q: dot(q.torque, q.x_hat)
+)
+quantity("tau_y", "N m", "Torque along y-hat; section 2.3.", pole=False)(
+    lambda q: q.torque[1] * q.x_hat[0] - q.torque[0] * q.x_hat[1]
+)
+quantity("tau_z", "N m", "Torque along the vertical; section 2.3.")(lambda q: q.torque[2])
+quantity(
+    "xi",
+    "kg m^2/s",
+    "Gyroscopic balance xi = I3 omega_3 - I1 phi_dot cos theta; section 1.",
+    pole=False,
+)(lambda q: dot(q.state.L, q.k) - q.body.I1 * q.euler.phi_dot * q.state.kz)
+quantity(
+    "theta_dot_simplified",
+    "rad/s",
+    "theta_dot of the equation simplified by xi = 0, mu g_n R^2 (1-alpha cos)^2 nu_y/lambda.",
+    pole=False,
+)(_simplified)
+V = quantity(
+    "V",
+    "J",
+    "Effective potential V(cos theta, D, lambda) at the motion's own D and lambda; eq (18).",
+    pole=False,
+)(lambda q: effective_potential(q.body, q.state.kz, D(q), jellett(q), q.fn))
+quantity(
+    "E_tilde_main",
+    "J",
+    "Right-hand side of the Main Equation, g(cos theta) theta_dot^2 + V; eq (17).",
+    pole=False,
+)(lambda q: effective_mass(q.body, q.state.kz) * q.euler.theta_dot**2 + V(q))
+L_z = quantity("L_z", "kg m^2/s", "Vertical angular momentum about the centre of mass.")(
+    lambda q: q.state.Lz
+)
+quantity(
+    "s_dot_x", "m/s", "Velocity of the centre of mass along the inertial X axis.", azimuth=True
+)(lambda q: q.s_dot[0])
+quantity(
+    "s_dot_y", "m/s", "Velocity of the centre of mass along the inertial Y axis.", azimuth=True
+)(lambda q: q.s_dot[1])
 
 
 class Description(NamedTuple):

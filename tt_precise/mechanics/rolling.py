@@ -11,13 +11,7 @@ from __future__ import annotations
 from collections import namedtuple
 
 from tt_precise.mechanics.euler import EulerState, InAngles
-from tt_precise.mechanics.newton import (
-    Described,
-    Integrated,
-    NewtonState,
-    axis_rate,
-    contact_arm,
-)
+from tt_precise.mechanics.newton import Described, Integrated, NewtonState, axis_rate, contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
 from tt_precise.runtime.values import Functions, Scalar
