@@ -2,17 +2,12 @@
 
 from typing import Any
 
-import numpy
 import pytest
 
-import tt_precise as tt
 from tests.conftest import more
 from tests.exact.conftest import Spoil, wrong
 from tt_precise.exact.identities import prove
 from tt_precise.mechanics import contact_momentum as about_the_contact
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import cross
 
 IDENTITY = "momentum about the lowest point under any contact force"
 
@@ -34,21 +29,3 @@ def test_the_proof_needs_every_function(spoil: Spoil, monkeypatch: pytest.Monkey
     assert prove(IDENTITY).holds
     spoil(monkeypatch)
     assert not prove(IDENTITY).holds
-
-
-@pytest.mark.parametrize("name", ["reference", "rolling", "frictionless"])
-def test_the_rate_is_that_of_solutions(name: str) -> None:
-    """dQ/dt by finite differences, to every force law."""
-    scene, step = tt.load_scene(name), 1e-4
-    times = [1.0 - step, 1.0, 1.0 + step]
-    frame = tt.integrate(scene, digits=13).frame(*NewtonState._fields, times=times, numbers="float")
-    body = scene.body.numbers(float)
-    state = NewtonState(*(frame[n].to_numpy() for n in NewtonState._fields))
-    q = Motion(body, state, numpy, scene.model)
-    k_dot = cross(q.omega, q.k)
-    Q = numpy.array(about_the_contact.contact_momentum(body, q.a, q.state.L, q.s_dot))
-    rate = numpy.array(about_the_contact.contact_momentum_rate(body, q.a, k_dot, q.s_dot))
-    slope = (Q[:, 2] - Q[:, 0]) / (2 * step)
-    unit = body.m * body.g * body.R * body.alpha
-    assert abs(slope - rate[:, 1]).max() < 1e-4 * unit
-    assert abs(rate[:, 1]).max() > 1e-2 * unit

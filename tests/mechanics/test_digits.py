@@ -7,7 +7,7 @@ import numpy
 import pytest
 
 from tt_precise.golden import store
-from tt_precise.mechanics.digits import larger, sizes
+from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.scene.scene import load_scene
@@ -70,8 +70,3 @@ def test_vectors_and_angles_agree_in_any_arithmetic() -> None:
     for name, size in angles.items():
         assert size == pytest.approx(found[name], rel=1e-12), name
     assert "phi_dot" not in alone  # undefined at the pole
-
-
-@pytest.mark.parametrize(("a", "b"), [(1.0, 3.0), (3.0, 1.0), (0.0, 0.0), (1e-300, 1e300)])
-def test_larger_is_the_maximum(a: float, b: float) -> None:
-    assert larger(a, b) == max(a, b)

@@ -3,7 +3,6 @@
 import random
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -59,10 +58,3 @@ def test_the_quaternion_is_that_of_the_euler_angles(body: TippeTop, theta: float
     body_frame = matrix.T @ np.array([found.wx, found.wy, found.wz])
     assert np.allclose(body_frame, [found.wbx, found.wby, found.wbz], rtol=0, atol=1e-13)
     assert found.wbz == pytest.approx(float(np.dot(q.omega, q.k)), abs=1e-13)
-
-
-def test_the_centre_of_mass_is_at_its_height(body: TippeTop, mp: Any) -> None:
-    numbers = body.numbers(lambda value: mp.mpf(value.numerator) / value.denominator)
-    for theta in map(mp.mpf, ("1e-30", "2")):
-        _, at = made(numbers, theta, mp)
-        assert abs(at.z - numbers.R * (1 - numbers.alpha * mp.cos(theta))) < mpmath.mpf("1e-50")

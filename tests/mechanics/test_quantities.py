@@ -1,6 +1,5 @@
 """Quantities: the same number in every arithmetic and every unit, and rates that are rates."""
 
-import cmath
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -10,14 +9,13 @@ import pytest
 
 from tests.mechanics.conftest import slopes
 from tt_precise.check.columns import COLUMN_SETS
-from tt_precise.mechanics import euler, newton, rolling
+from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.pose import Pose
 from tt_precise.mechanics.quantities import DESCRIPTIONS, QUANTITIES, Motion, described
-from tt_precise.mechanics.rolling import RollingState
 from tt_precise.scene.body import TippeTop
 
 START = EulerState(*(Fraction(n, 10) for n in (9, 21, -13, 34, 5, -8)))
@@ -49,22 +47,6 @@ def test_numpy_gives_the_same_number_for_a_whole_trajectory(
     least = abs(truth) if model == "gliding" else max(1, abs(truth))
     assert np.all(np.abs(found - truth) <= bound_eps * np.finfo(float).eps * least)
     assert all(np.array_equal(a, b) for a, b in zip(columns, copies, strict=True))
-
-
-@EVERY
-def test_sympy_gives_the_same_number(
-    name: str, body: TippeTop, numbers: Parameters, states: list[NewtonState], mp: Any, rounded: Any
-) -> None:
-    import sympy
-
-    def rational(value: Fraction) -> Any:
-        return sympy.Rational(value.numerator, value.denominator)
-
-    evaluate, exact = QUANTITIES[name].evaluate, states[0]
-    symbolic = Motion(body.numbers(rational), NewtonState(*map(rational, exact)), sympy)
-    truth = evaluate(Motion(numbers, NewtonState(*map(rounded, exact)), mp))
-    found = mp.mpf(str(sympy.N(evaluate(symbolic), 60)))
-    assert abs(found / truth - 1) < mp.mpf(10) ** -55
 
 
 def test_heyoka_gives_the_same_numbers(body: TippeTop, motion: Motion) -> None:
@@ -126,16 +108,6 @@ def test_rates_are_derivatives(name: str, rate: str | None, motion: Motion) -> N
     assert abs(slope(name, motion, rates) - truth) < mp.mpf(10) ** -34
     spoiled = rates._replace(Lz=rates.Lz + mp.mpf(10) ** -30, kz=rates.kz + mp.mpf(10) ** -30)
     assert abs(slope(name, motion, spoiled) - truth) > mp.mpf(10) ** -33
-
-
-@pytest.mark.parametrize("name", ["lambda", "D", "E_tilde", "E"])
-def test_rolling_keeps_lambda_routh_and_energy(name: str, motion: Motion) -> None:
-    mp = motion.fn
-    rates = NewtonState(*rolling.rates(motion.body, RollingState(*motion.state[:6])), 0, 0)
-    still = Motion(motion.body, motion.state._replace(vx=mp.mpf(0), vy=mp.mpf(0)), mp, "rolling")
-    assert abs(slope(name, still, rates)) < mp.mpf(10) ** -34
-    spoiled = rates._replace(Lx=rates.Lx + mp.mpf(10) ** -30)
-    assert abs(slope(name, still, spoiled)) > mp.mpf(10) ** -33
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -201,24 +173,6 @@ def test_a_motion_may_bring_its_euler_state(motion: Motion) -> None:
     brought = Motion(motion.body, motion.state, mp, euler=motion.euler._replace(nu_x=mp.mpf(42)))
     assert QUANTITIES["nu_x"].evaluate(brought) == 42
     assert QUANTITIES["nu_x"].evaluate(motion) != 42
-
-
-def test_complex_numbers_pass_through() -> None:
-    """Nothing compares or branches on numbers: the imaginary part of a complex step survives."""
-    numbers = Parameters(1.0, 1.0, 0.3, 0.37, 0.4, 1.0, 0.2)
-    state = NewtonState(0.6 + 1e-30j, 0.0, 0.8, 0.1, 0.2, 0.3, 0.4, 0.5)
-    found = QUANTITIES["D"].evaluate(Motion(numbers, state, cmath))
-    assert found.imag != 0
-
-
-def test_angles_and_their_rates_are_in_rad() -> None:
-    """No other quantity is in radians."""
-    units = {name: one.unit for name, one in QUANTITIES.items()}
-    assert (units["theta"], units["theta_dot"], units["E"]) == ("rad", "rad/s", "J")
-    angles = {"theta", "theta_dot", "phi_dot", "psi_dot", "omega_3", "omega_3_dot"}
-    assert {name for name, unit in units.items() if "rad" in unit} == angles | {
-        "theta_dot_simplified"
-    }
 
 
 def test_simplified_rate_of_the_inclination(motion: Motion) -> None:

@@ -3,8 +3,6 @@
 from fractions import Fraction
 from typing import Any
 
-import pytest
-
 from tt_precise.mechanics import newton, rolling
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
@@ -23,13 +21,6 @@ def test_the_constraint_force_stops_the_contact(body: TippeTop, states: list[New
         assert newton.contact_acceleration(body, state, force) == (0, 0, 0)
         pushed = added(force, (0, Fraction(1, 10**40), 0))
         assert newton.contact_acceleration(body, state, pushed) != (0, 0, 0)
-
-
-@pytest.mark.parametrize("side", [1, -1])
-def test_vertical_spins_are_steady(body: TippeTop, side: int) -> None:
-    state = RollingState(*map(Fraction, (0, 0, side, 0, 0, 7)))
-    assert not any(rolling.rates(body, state))
-    assert rolling.constraint_force(body, NewtonState(*state, 0, 0)) == (0, 0, body.m * body.g)
 
 
 def test_a_centred_ball_rolls_on() -> None:

@@ -11,7 +11,7 @@ import pytest
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Dimension, Parameters, Units
-from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, QUANTITIES, Motion, d
+from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, QUANTITIES, Motion
 from tt_precise.mechanics.vectors import added, dot, scaled, subtracted
 from tt_precise.scene.body import TippeTop
 
@@ -42,62 +42,6 @@ def test_dimensionless_form_is_si_in_other_units(
     assert abs(small * units.of_dimension(dimension) / truth - 1) < mp.mpf(10) ** -56
     wrong = dimension._replace(time=dimension.time + 1)
     assert abs(small * units.of_dimension(wrong) / truth - 1) > mp.mpf("0.1")
-
-
-def of_gamma(body: TippeTop, gamma: Fraction) -> TippeTop:
-    return dataclasses.replace(body, I1=gamma * body.I3)
-
-
-def both(body: TippeTop, mp: Any, rounded: Round) -> tuple[Any, Any]:
-    numbers = body.numbers(rounded)
-    return thresholds.lambda_thres(numbers, mp), thresholds.lambda_up(numbers, mp)
-
-
-def test_remark_on_the_order_of_the_thresholds(body: TippeTop, mp: Any, rounded: Round) -> None:
-    """lambda_thres > lambda_up for 1 - alpha^2 <= gamma < 1 + alpha, and for somewhat less."""
-    alpha = body.alpha
-    for gamma in (1 - alpha**2, Fraction(1), 1 + alpha - Fraction(1, 10**9)):
-        thres, up = both(of_gamma(body, gamma), mp, rounded)
-        assert thres > up
-    thres, up = both(of_gamma(body, 1 - alpha + Fraction(1, 10**9)), mp, rounded)
-    assert thres < up
-
-
-def test_thresholds_are_equal_at_one_gamma(body: TippeTop, mp: Any, rounded: Round) -> None:
-    """(1 + alpha)^4 (alpha + gamma - 1) = (1 - alpha)^4 (1 + alpha - gamma)."""
-    wide, narrow = (1 + body.alpha) ** 4, (1 - body.alpha) ** 4
-    gamma = (wide * (1 - body.alpha) + narrow * (1 + body.alpha)) / (wide + narrow)
-    thres, up = both(of_gamma(body, gamma), mp, rounded)
-    assert abs(thres / up - 1) < 20 * mp.eps
-    thres, up = both(of_gamma(body, gamma + Fraction(1, 10**40)), mp, rounded)
-    assert abs(thres / up - 1) > mp.mpf(10) ** -41
-
-
-def test_the_spins_have_the_same_lambda(numbers: Parameters, mp: Any) -> None:
-    lambda_ = mp.mpf(3)
-    low, high = 1 - numbers.alpha, 1 + numbers.alpha
-    assert abs(thresholds.L0(numbers, lambda_) * numbers.R * low - 3) < 10 * mp.eps
-    assert abs(thresholds.L1(numbers, lambda_) * numbers.R * high - 3) < 10 * mp.eps
-    lost = thresholds.E0(numbers, lambda_) - thresholds.E1(numbers, lambda_)
-    spin = lambda_**2 / (2 * numbers.R**2 * numbers.I3) * (1 / low**2 - 1 / high**2)
-    raised = 2 * numbers.m * numbers.g * numbers.R * numbers.alpha
-    assert abs(lost - (spin - raised)) < mp.mpf(10) ** -55
-
-
-@pytest.mark.parametrize("above_the_bar", ["gamma", "alpha"])
-def test_d_is_a_square_for_the_rational_sigma_not_for_the_printed_one(above_the_bar: str) -> None:
-    alpha, gamma = Fraction(3, 10), Fraction(19, 20)
-    one = Fraction(1)
-    made = Parameters(m=one, R=one, alpha=alpha, I1=gamma, I3=one, g=one, mu=Fraction(0))
-    sigma = {
-        "gamma": (1 - gamma) / (gamma + alpha**2 - 1),  # as ``T_upp`` needs it
-        "alpha": (1 - alpha) / (gamma + alpha**2 - 1),  # as section 1 prints it
-    }[above_the_bar]
-    body = dataclasses.replace(made, I3=1 / sigma, I1=gamma / sigma)
-    assert (body.gamma, body.sigma) == (gamma, sigma)
-    below, middle, above = (d(body, z) for z in (-1, 0, 1))
-    square, linear = (above + below) / 2 - middle, (above - below) / 2
-    assert (linear**2 == 4 * square * middle) == (above_the_bar == "gamma")
 
 
 def energy_and_lambda(body: TippeTop, state: NewtonState) -> tuple[Fraction, Fraction]:
