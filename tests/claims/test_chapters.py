@@ -1,7 +1,6 @@
 """The chapters of claims: no verdict or measured number is typed in, and verdicts are pinned."""
 
 import ast
-import importlib
 import re
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -11,75 +10,113 @@ from typing import Any
 import pytest
 
 from tests.conftest import more
-from tt_precise.claims import JudgedClaim, claims, judge
+from tt_precise.claims import JudgedClaim, Verdict, claims, judge
+from tt_precise.claims import rauch_rutstam as chapters
 from tt_precise.claims.committed import committed
 from tt_precise.claims.evidence import sweeps
 from tt_precise.claims.evidence.run import Run, variant
-from tt_precise.claims.paper import PAPERS
-from tt_precise.claims.verdicts import Verdict
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Scalar
 
-# of every paper, by the package
-MODULES = [
-    (paper.package, path)
-    for paper in PAPERS
-    for path in sorted(Path(importlib.import_module(paper.package).__path__[0]).glob("[!_]*.py"))
-]
-every_module = pytest.mark.parametrize(
-    ("package", "module"), MODULES, ids=[path.stem for _, path in MODULES]
-)
-IDENTITIES = ("in_section_1", "in_section_2_3")  # Their note is the fourth argument.
+MODULES = sorted(Path(chapters.__path__[0]).glob("[!_]*.py"))
+every_module = pytest.mark.parametrize("module", MODULES, ids=[path.stem for path in MODULES])
 UNITS = r"(?:s|m|rad|J|N|W|%|rad/s|m/s|rad/s\^2|degrees)"
 TYPED = re.compile(
     rf"(?<![\w.^=]) ?\d+(?:\.\d+)? {UNITS}(?![\w(/])|\b(?:all|none) of (?:these|them inv|them los)"
 )
-# printed by the paper, or set by the claim itself
+# Numbers that the paper prints, or that the claim itself sets.
 PRINTED = {"7.86 s", "7.87 s", "0.02 kg", "9.82 m/s", "0.3 rad", "40 rad/s", "20 s", "200 rad/s"}
 
 
 def name_of(node: ast.expr) -> str:
-    """The last word of a name: "Part" of ``verdicts.Part``."""
+    """The last word of a name: "Part" of ``part.Part``."""
     return ast.unparse(node).rpartition(".")[2]
 
 
-def notes(source: str) -> Iterator[ast.expr]:
-    """The notes of a module: what its functions return behind the parts, and of its identities."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple):
-            yield from node.value.elts[1:]
-        if isinstance(node, ast.Call) and name_of(node.func) in IDENTITIES:
-            yield node.args[3]
+def text_of(node: ast.AST) -> str:
+    """The text of a string or an f-string, with {} for each value."""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(map(text_of, node.values))
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return node.value
+    return "{}"
 
 
 def typed_into_notes(source: str) -> Iterator[str]:
     """Yield the measured values that are typed into the notes of a module."""
-    for note in notes(source):
-        for part in ast.walk(note):
-            if isinstance(part, ast.Constant) and isinstance(part.value, str):
-                for found in TYPED.finditer(part.value.lower()):
-                    if found[0].strip() not in PRINTED:
-                        yield f"line {note.lineno}: {found[0].strip()!r}"
+    for node in ast.walk(ast.parse(source)):
+        _, _, note = text_of(node).partition("Note: ")
+        for typed in TYPED.finditer(" ".join(note.lower().split())):
+            if typed[0].strip() not in PRINTED:
+                yield f"{note}: {typed[0].strip()!r}"
 
 
-NEAR = ("phi_dot", "phi_dot near the end")
+def verdicts_typed_in(source: str) -> list[str]:
+    """Parts and claims made by hand, and names of verdicts outside of controls and rules."""
+    lines, tree = [], ast.parse(source)
+    declared = {
+        part
+        for word in ast.walk(tree)
+        if isinstance(word, ast.keyword) and word.arg in ("control", "rule")
+        for part in ast.walk(word.value)
+    }
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and name_of(node.func) in ("JudgedClaim", "Part"):
+            lines.append(f"line {node.lineno}: a verdict made by hand")
+        if isinstance(node, ast.Name | ast.Attribute) and name_of(node) == "Verdict":
+            lines.append(f"line {node.lineno}: Verdict")
+        if isinstance(node, ast.Constant) and node.value in list(Verdict) and node not in declared:
+            lines.append(f"line {node.lineno}: {node.value!r}")
+    return lines
+
+
+@every_module
+def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(module: Path) -> None:
+    source = module.read_text("utf-8")
+    assert list(typed_into_notes(source)) == verdicts_typed_in(source) == []
 
 
 @pytest.mark.parametrize(
-    ("id", "series", "contact", "outcome", "inside"),
+    ("search", "spoiled"),
     [
-        ("SWP-14", "tenth", "through", "inverts", ""),
-        ("SWP-15", "theta", "unilateral", "contact_lost", "theta <= 0.1"),
-        ("SWP-02", NEAR, "unilateral", "contact_lost", "83.1 <= phi_dot <= 200"),
+        (
+            typed_into_notes,
+            "def f():\n    '''So.\n\n    1: \"a\"\n    Note: All of them invert.'''",
+        ),
+        (typed_into_notes, "def f():\n    '''So.\n\n    1: \"a\"\n    Note: None of these.'''"),
+        (typed_into_notes, "words = f'''So.\n\n1: \"a\"\nNote: It ends at 3.19 s, {x}.'''"),
+        (verdicts_typed_in, "part.Part(holds=True, printed='a', measured='b')"),
+        (verdicts_typed_in, "JudgedClaim(verdict=x, note='b')"),
+        (verdicts_typed_in, "x = v.Verdict.REFUTED"),
+        (verdicts_typed_in, "x = 'misprint'"),
+    ],
+)
+def test_a_typed_verdict_or_number_is_found(
+    search: Callable[[str], Iterable[str]], spoiled: str
+) -> None:
+    assert list(search(spoiled))
+
+
+@pytest.mark.parametrize(
+    ("id", "series", "contact", "query"),
+    [
+        ("SWP-14", "tenth", "through", "outcome == 'inverts'"),
+        ("SWP-15", "theta", "unilateral", "outcome == 'contact_lost' and theta <= 0.1"),
+        (
+            "SWP-02",
+            ("phi_dot", "phi_dot near the end"),
+            "unilateral",
+            "outcome == 'contact_lost' and 83.1 <= phi_dot <= 200",
+        ),
     ],
 )
 def test_counts_in_notes_are_those_of_the_rows(
-    id: str, series: str | tuple[str, ...], contact: str, outcome: str, inside: str
+    id: str, series: str | tuple[str, ...], contact: str, query: str
 ) -> None:
     rows = sweeps.starts(series, contact)
+    outcome, _, inside = query.partition(" and ")
     rows = rows.query(inside) if inside else rows
-    expected = f"{(rows['outcome'] == outcome).sum()} of {len(rows)}"
-    assert expected in judge(id).note
+    assert f"{len(rows.query(outcome))} of {len(rows)}" in judge(id).note
 
 
 @pytest.mark.parametrize(
@@ -103,60 +140,13 @@ def test_a_note_follows_what_is_computed(
     assert new in judge(id, **change).note
 
 
-def verdicts_typed_in(source: str) -> list[str]:
-    """Parts and claims made by hand, and names of verdicts outside of controls and rules."""
-    found, tree = [], ast.parse(source)
-    words = (word for word in ast.walk(tree) if isinstance(word, ast.keyword | ast.arg))
-    declared = {
-        part
-        for word in words
-        if word.arg in ("control", "rule") and isinstance(word, ast.keyword)
-        for part in ast.walk(word.value)
-    }
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and name_of(node.func) in ("JudgedClaim", "Part"):
-            found.append(f"line {node.lineno}: a verdict made by hand")
-        if isinstance(node, ast.Name | ast.Attribute) and name_of(node) == "Verdict":
-            found.append(f"line {node.lineno}: Verdict")
-        if isinstance(node, ast.Constant) and node.value in list(Verdict) and node not in declared:
-            found.append(f"line {node.lineno}: {node.value!r}")
-    return found
-
-
-@every_module
-def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(
-    package: str, module: Path
-) -> None:
-    source = module.read_text("utf-8")
-    assert list(typed_into_notes(source)) == verdicts_typed_in(source) == []
-
-
-@pytest.mark.parametrize(
-    ("looks", "spoiled"),
-    [
-        (typed_into_notes, "def f(): return check, 'All of them invert.'"),
-        (typed_into_notes, "def f(): return check, 'None of these starts.'"),
-        (typed_into_notes, "def f(): return check, f'It ends at 3.19 s, {x}.'"),
-        (typed_into_notes, "in_section_1('EQ-04', 'a', 'b', 'All of these.')"),
-        (verdicts_typed_in, "v.Part(holds=True, printed='a', measured='b')"),
-        (verdicts_typed_in, "JudgedClaim(verdict=x, note='b')"),
-        (verdicts_typed_in, "x = v.Verdict.REFUTED"),
-        (verdicts_typed_in, "x = 'misprint'"),
-    ],
-)
-def test_a_typed_verdict_or_number_is_found(
-    looks: Callable[[str], Iterable[str]], spoiled: str
-) -> None:
-    assert list(looks(spoiled))
-
-
 def committed_verdicts() -> dict[str, JudgedClaim]:
-    known = committed()
-    assert known is not None
-    return dict(known.by_id)
+    report = committed()
+    assert report is not None
+    return dict(report.by_id)
 
 
-# Each takes 0.3 s or more. Identities are proved in tests/exact as well.
+# Claims that take 0.3 s or more. Identities are proved in tests/exact as well.
 DEAR = (
     "EQ-02", "EQ-03", "EQ-05", "EQ-19", "EQ-20", "EQ-21", "EQ-32", "EQ-34", "EQ-44", "EQ-49",
     "FIG-02", "FIG-12", "FIG-15", "FIG-19", "NUM-03", "NUM-04", "NUM-05", "NUM-06", "NUM-08",
@@ -168,29 +158,24 @@ DEAR = (
 
 @every_module
 @pytest.mark.parametrize("dear", [False, more(True)], ids=["", "dear"])
-def test_every_verdict_and_that_of_every_control_is_pinned(
-    package: str, module: Path, dear: bool
-) -> None:
+def test_every_verdict_and_that_of_every_control_is_pinned(module: Path, dear: bool) -> None:
     """The claims of a chapter share their evidence, so one test judges all of them.
 
     A verdict is pinned by ``results.json``, that of a control by the control.
     """
-    known, flipped = committed_verdicts(), []
+    pinned, flipped = committed_verdicts(), []
     for claim in claims().values():
-        if claim.group != f"{package}.{module.stem}" or (claim.id in DEAR) != dear:
+        if claim.group != f"{chapters.__name__}.{module.stem}" or (claim.id in DEAR) != dear:
             continue
-        judged = judge(claim.id)
-        expected = known.get(claim.id)
-        if expected is None or (judged.verdict, judged.proved) != (
-            expected.verdict, expected.proved
-        ):  # fmt: skip
+        judged, before = judge(claim.id), pinned.get(claim.id)
+        if before is None or (judged.verdict, judged.proved) != (before.verdict, before.proved):
             flipped.append(f"{claim.id}: {judged.verdict}, proved {judged.proved}")
-        if claim.control is not None:
-            verdict, changes = claim.control
-            if verdict == judged.verdict:
-                flipped.append(f"{claim.id}: the control changes nothing")
-            if (found := judge(claim.id, **changes).verdict) != verdict:
-                flipped.append(f"{claim.id}, control: {found}, expected {verdict}")
+        if claim.control == judged.verdict:
+            flipped.append(f"{claim.id}: the control changes nothing")
+        if claim.control:
+            control = judge(claim.id, **claim.changes).verdict
+            if control != claim.control:
+                flipped.append(f"{claim.id}, control: {control}, expected {claim.control}")
         elif judged.verdict != "untestable":
             flipped.append(f"{claim.id}: can be tested, so it needs a control")
         assert judged.remark
@@ -208,11 +193,11 @@ def test_a_changed_default_flips_the_pinned_verdict(id: str, changes: dict[str, 
 
 
 def test_findings_point_to_claims_that_stand_for_themselves() -> None:
-    known = committed_verdicts()
-    roots = {claim.finding for claim in known.values()}
-    assert all(known[root].finding == root for root in roots)
-    assert len(roots) < len(known)
-    assert known["EQ-27"].finding == known["TH-19"].finding == "EQ-26"
+    every = claims()
+    roots = {claim.finding for claim in every.values()}
+    assert all(every[root].finding == root for root in roots)
+    assert len(roots) < len(every)
+    assert every["EQ-27"].finding == every["TH-19"].finding == "EQ-26"
 
 
 @pytest.mark.parametrize(

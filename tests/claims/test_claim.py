@@ -1,125 +1,122 @@
-"""Claims as entries, papers as values, and judging in this process and in others."""
+"""Claims, their list, and judging in this process and in others."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 from unittest.mock import Mock
 
 import pytest
 
-from tt_precise.claims import (
-    claim,
-    claim_named,
-    claims,
-    counts,
-    judge,
-    judge_all,
-    paper,
-)
-from tt_precise.claims.claim import Claim, calls_for, claims_of
-from tt_precise.claims.paper import CLAIM_KINDS, RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import untestable
+from tt_precise.claims import claim, claim_named, claims, counts, judge, judge_all
+from tt_precise.claims.claim import calls_for, claims_of
+from tt_precise.claims.part import Part, rounds_to
 from tt_precise.runtime.values import InputError
 
 CHEAP = ("NUM-23", "EQ-26", "EQ-29", "TH-17")  # Fast claims of four chapters.
+UNIT = "s"  # A constant of this module, in the words of the claim.
 
 
-def entry(**changes: Any) -> Claim:
-    given: dict[str, Any] = {
-        "id": "NUM-20", "paper": RAUCH_RUTSTAM, "section": "2.3", "statement": "E_pot.",
-        "quote": "0.005106", "where": "Sec. 2.3", "definition": "",
-        "function": lambda: (untestable("so"), "Why."), "control": ("refuted", {"a": 1}),
-    }  # fmt: skip
-    return Claim(**given | changes)
+def ratio(printed: str = "1.5", value: float = 1.46, factor: int = 1) -> tuple[Part, Any]:
+    """The ratio is 1.5.
+
+    Sec. 2.3: "1.5"
+    Definition: in {UNIT}.
+    Note: It is {ratio:3} {UNIT}, printed {printed}.
+    """
+    return rounds_to(printed, value * factor), {"ratio": value * factor}
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        *(({"id": bad}, "claim id") for bad in ("NUM-2", "num-20", "NUM20", "XX-01", "NUM-200",
-                                                "NUM-20 ")),
-        *(({name: ""}, name) for name in ("statement", "quote", "where", "section")),
-    ],
-)  # fmt: skip
-def test_ids_have_one_form_and_nothing_is_left_out(change: dict[str, str], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        entry(**change)
+@pytest.fixture
+def registered(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """An empty list of claims."""
+    entries: dict[str, Any] = {}
+    monkeypatch.setattr(claim, "_registered", entries)
+    return entries
 
 
-def test_nothing_is_registered_twice() -> None:
-    again = claims()["NUM-20"].function
-    with pytest.raises(ValueError, match="got it twice"):
-        claims_of(RAUCH_RUTSTAM, "2.3")("NUM-20", quote="0.005106", control=None)(again)
+def test_a_claim_is_a_function_with_words_a_rule_and_a_control(registered: dict[str, Any]) -> None:
+    register = claims_of("2.3")("NUM-90", finding="NUM-20", control="refuted", printed="1.6")
+    assert register(ratio) is ratio
+    entry = registered["NUM-90"]
+    judged = entry.judge()
+    assert (judged.id, judged.kind, judged.section) == ("NUM-90", "number", "2.3")
+    assert (judged.statement, judged.where, judged.quote) == (
+        "The ratio is 1.5.",
+        "Sec. 2.3",
+        "1.5",
+    )
+    assert (judged.definition, judged.finding) == ("in s", "NUM-20")
+    assert (judged.verdict, judged.note) == ("rounded", "It is 1.46 s, printed 1.5.")
+    changed = entry.judge(**entry.changes)
+    assert (changed.verdict, changed.note) == (entry.control, "It is 1.46 s, printed 1.6.")
+    assert entry.group == __name__
 
 
-def test_one_function_judges_several_claims_by_what_is_given() -> None:
-    functions: list[Any] = [claims()[id].function for id in ("TH-02", "TH-23")]
-    assert functions[0].func is functions[1].func
-    assert [each.keywords["name"] for each in functions] == ["lambda_thres", "lambda_up"]
-    assert claims()["TH-02"].statement != claims()["TH-23"].statement
+def test_a_function_with_fixed_arguments_serves_several_claims(registered: dict[str, Any]) -> None:
+    words = 'Twice.\n\nSec. 3: "3"\nNote: {factor} times {value:3}.'
+    claims_of("3")("NUM-91", words)(partial(ratio, factor=3, printed="3"))
+    judged = registered["NUM-91"].judge()
+    assert (judged.verdict, judged.note) == ("refuted", "3 times 1.46.")
+    assert registered["NUM-91"].judge(printed="4.4").verdict == "rounded"
+    assert registered["NUM-91"].group == __name__
 
 
-@pytest.mark.parametrize("unknown", ["NUM-99", "", "x" * 1000, "EQ"])
-def test_an_unknown_id_is_bad_input(unknown: str) -> None:
-    with pytest.raises(InputError, match="expected") as error:
-        claim_named(unknown)
-    assert len(str(error.value)) < 200
-    assert claim_named("num-22") is claim_named("NUM-22")
+@pytest.mark.parametrize("id", ["NUM-2", "num-20", "NUM20", "XX-01", "NUM-200", "NUM-20 ", "EQ-02"])
+def test_an_id_has_one_form_and_stands_once(id: str) -> None:
+    assert "EQ-02" in claims()
+    with pytest.raises(ValueError, match="each once"):
+        claims_of("1")(id)(ratio)
+
+
+@pytest.mark.parametrize("words", ["The ratio.", 'So.\n\nSec. 1: "a"\nDefinition: in {UNITS}'])
+def test_wrong_words_name_the_claim(words: str) -> None:
+    with pytest.raises(ValueError, match="claim NUM-92: "):
+        claims_of("1")("NUM-92", words)(ratio)
+
+
+def test_an_error_names_the_claim(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = claims()["NUM-23"]
+    misspelt = replace(entry, words=entry.words._replace(note="{alhpa}"))
+    failing = replace(entry, function=Mock(side_effect=ArithmeticError("no digits")))
+    for spoiled in (misspelt, failing):
+        monkeypatch.setattr(claim, "claim_named", lambda _, spoiled=spoiled: spoiled)
+        with pytest.raises((ArithmeticError, ValueError)) as error:
+            judge_all(["NUM-23"])
+        assert error.value.__notes__ == ["while judging NUM-23"]
 
 
 def test_claims_are_sentences_in_order() -> None:
     every = list(claims().values())
-    assert every == sorted(every, key=lambda one: one.order)
-    assert {one.kind for one in every} == set(CLAIM_KINDS.values())
-    assert {(one.paper.name, one.section) for one in every} == {
-        (each.name, section.key) for each in paper.PAPERS for section in each.sections
-    }
-    assert all(one.statement.endswith(".") and len(one.quote) < 300 for one in every)
+    assert every == sorted(every, key=lambda entry: entry.order)
+    words = [entry.words for entry in every]
+    assert all(each.statement.endswith(".") and len(each.quote) < 300 for each in words)
+    assert claim_named("num-22") is claim_named("NUM-22")
 
 
-def test_a_judged_claim_has_its_parts_and_its_correction() -> None:
-    record = judge("EQ-29")
-    assert (record.verdict, record.kind, record.proved) == ("misprint", "equation", True)
-    assert [part.name for part in record.parts] == ["as printed", "as corrected"]
-    assert all(part.proved and part.formula for part in record.parts)
-    assert record.correction == record.parts[1].printed
-    assert record.note == f"Should read {record.correction}. {record.remark}"
-    # changes reach the claim
-    assert judge("NUM-23", printed="1.9").verdict == "rounded"
-    other = judge("NUM-23", printed="1.8")
-    assert other.verdict == "refuted"
-    assert other != judge("NUM-23")
+def test_a_judged_misprint_has_its_correction() -> None:
+    judged = judge("EQ-29")
+    assert (judged.verdict, judged.kind, judged.proved) == ("misprint", "equation", True)
+    assert [part.name for part in judged.parts] == ["as printed", "as corrected"]
+    assert all(part.proved and part.formula for part in judged.parts)
+    assert judged.correction == judged.parts[1].printed
+    assert judged.note == f"Should read {judged.correction}. {judged.remark}"
+    assert judge("NUM-23", printed="1.8").verdict == "refuted"
 
 
 def test_workers_judge_as_this_process_does() -> None:
-    seen: list[float] = []
-    judged = judge_all([*CHEAP, "num-23"], seen.append, workers=2)
+    shares: list[float] = []
+    judged = judge_all([*CHEAP, "num-23"], shares.append, workers=2)
     assert judged == judge_all(CHEAP)
-    assert [one.id for one in judged] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
-    assert seen == sorted(seen)
-    assert seen[-1] == 1
-    assert counts(judged) == {
-        "reproduced": 1,
-        "rounded": 1,
-        "partly": 0,
-        "ambiguous": 0,
-        "refuted": 0,
-        "misprint": 2,
-        "untestable": 0,
-    }
+    assert [each.id for each in judged] == ["EQ-26", "EQ-29", "TH-17", "NUM-23"]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    number = {name: count for name, count in counts(judged).items() if count}
+    assert number == {"reproduced": 1, "rounded": 1, "misprint": 2}
     with pytest.raises(InputError):
         judge_all(["NUM-23", "NUM-99"])
     assert judge_all([]) == []
-
-
-def test_an_error_names_the_claim(monkeypatch: pytest.MonkeyPatch) -> None:
-    fail = Mock(side_effect=ArithmeticError("no digits"))
-    spoiled = replace(claims()["NUM-23"], function=fail)
-    monkeypatch.setattr(claim, "claim_named", lambda _: spoiled)
-    with pytest.raises(ArithmeticError) as error:
-        judge_all(["NUM-23"])
-    assert error.value.__notes__ == ["while judging NUM-23"]
 
 
 def test_claims_are_grouped_by_their_evidence() -> None:

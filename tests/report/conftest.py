@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
-from tt_precise.claims import Claim, JudgedClaim, claims, verdicts
+from tt_precise.claims import Claim, JudgedClaim, claims, part
 from tt_precise.claims.committed import run_record
-from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.words import Wording
 from tt_precise.report import overview
 from tt_precise.report.document import (
     Block,
@@ -67,31 +68,29 @@ def drawn(section: Section) -> list[str]:
     return [figure.name for figure in figures]
 
 
-def _judged(
-    id: str, grounds: verdicts.Grounds, section: str = "1", rule: verdicts.Rule = "all of"
-) -> JudgedClaim:
-    claim = Claim(
-        id, RAUCH_RUTSTAM, section, f"claim {id} <b> of theta_dot", "a quote", f"Sec. {section}",
-        "as in theta", lambda: grounds, None, rule,
-    )  # fmt: skip
-    return claim.judge()
+def _judged(id: str, grounds: Any, note: str, section: str = "1", rule: Any = "all of") -> Any:
+    text = f"claim {id} <b> of theta_dot"
+    words = Wording(text, f"Sec. {section}", "a quote", "as in theta", note)
+    return Claim(id, section, words, lambda: grounds, rule, id).judge()
 
 
 @pytest.fixture
 def judged() -> list[JudgedClaim]:
     """Claims of each verdict, in five sections of the paper."""
-    holds = verdicts.statement(True, "1", "1")
-    fails = verdicts.statement(False, "2", "3 | 4")
-    right = verdicts.formula(True, CORRECT, "equal", proved=True)
-    wrong = verdicts.formula(False, PRINTED, "off by 40 % of its size", proved=True)
+    holds = part.statement(True, "1", "1")
+    fails = part.statement(False, "2", "3 | 4")
+    right = part.formula(True, CORRECT, "equal", proved=True)
+    wrong = part.formula(False, PRINTED, "off by 40 % of its size", proved=True)
     return [
-        _judged("EQ-01", ((wrong, right), "A factor R."), rule="misprint"),
-        _judged("NUM-01", (holds, "As printed."), "2.1"),
-        _judged("NUM-02", (fails, "It is 3."), "2.2"),
-        _judged("NUM-03", (verdicts.rounds_to("1.5", 1.49), "Rounded."), "2.3"),
-        _judged("NUM-04", ({"so": holds, "or so": fails}, "Either."), "3", rule="interpretations"),
-        _judged("NUM-05", ({"first": holds, "second": fails}, "Both."), "2.1"),
-        _judged("NT-01", (verdicts.untestable("words"), "Words."), "2.1"),
+        _judged(
+            "EQ-01", {"as printed": wrong, "as corrected": right}, "A factor R.", rule="misprint"
+        ),
+        _judged("NUM-01", holds, "As printed.", "2.1"),
+        _judged("NUM-02", fails, "It is 3.", "2.2"),
+        _judged("NUM-03", part.rounds_to("1.5", 1.49), "Rounded.", "2.3"),
+        _judged("NUM-04", {"so": holds, "or so": fails}, "Either.", "3", rule="interpretations"),
+        _judged("NUM-05", {"first": holds, "second": fails}, "Both.", "2.1"),
+        _judged("NT-01", part.untestable("words"), "Wording.", "2.1"),
     ]
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from tt_precise.claims import Verdict
 from tt_precise.claims.committed import committed
-from tt_precise.report.document import MARKS, key, sections
+from tt_precise.claims.paper import SECTIONS
+from tt_precise.report.document import MARKS
 
 
 def test_every_claim_has_a_section_and_a_mark() -> None:
     known = committed()
     assert known is not None
-    assert {key(claim) for claim in known.claims} == set(sections())
+    assert {claim.section for claim in known.claims} == set(SECTIONS)
     assert {claim.verdict for claim in known.claims} == set(MARKS) == set(Verdict)
     assert len(set(MARKS.values())) == len(MARKS)

@@ -13,10 +13,10 @@ import pytest
 from msgspec.structs import replace
 
 from tt_precise import golden
-from tt_precise.claims import JudgedClaim
-from tt_precise.claims import verdicts as v
+from tt_precise.claims import JudgedClaim, part
 from tt_precise.claims.committed import committed, run_record
 from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS
+from tt_precise.claims.verdicts import conclude
 from tt_precise.report import overview
 from tt_precise.report.document import Card, ClaimList, Section, Text
 from tt_precise.report.overview import TRACK, answer, findings, motion, verdict
@@ -94,10 +94,10 @@ def test_the_essential_part_is_the_correction_or_the_first_failure(
     assert by_id["NUM-05"].verdict == "partly"
     ambiguous = by_id["NUM-04"]  # which one holds
     assert names(ambiguous, holding=True) == "so"
-    undecided = {"so": v.statement(True, "so", "so"), "or so": v.untestable("so")}
-    judgement = v.conclude("interpretations", (undecided, "A note."))
+    undecided = {"so": part.statement(True, "so", "so"), "or so": part.untestable("so")}
+    judgement = conclude("interpretations", undecided, "A note.")
     assert names(judgement, holding=False) == "or so (open)"
-    assert [(line.name, line.verdict) for line in ambiguous.lines] == [
+    assert [(line.name, line.outcome) for line in ambiguous.lines] == [
         ("so", "reproduced"), ("or so", "refuted"),
     ]  # fmt: skip
 
@@ -184,7 +184,7 @@ def test_the_verdict_counts_findings_and_a_card_says_whether_the_paper_agrees(
 
 
 def test_what_the_card_says_of_the_paper_s_time_follows_from_the_verdict() -> None:
-    shown = overview.PRINTED[overview.END]
+    shown = overview.HEADLINES[overview.END]
     headlines = overview.Headlines(
         {overview.END: Card("end of the climb", "7.8 s", shown, "")}, None, {}
     )

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tt_precise.claims import verdicts as v
+from tt_precise.claims import part as v
 from tt_precise.report import prose
 
 SEEN = {

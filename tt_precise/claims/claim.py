@@ -1,141 +1,152 @@
-"""Claims, their registry, and the functions that judge one claim or all claims.
+"""Claims, their list, and the functions that judge one claim or all claims.
 
-    claim = claims_of(RAUCH_RUTSTAM, section="2.3")
+    claim = claims_of("2.3")
 
-    @claim("NUM-20", quote="0.005106", control=("refuted", {"printed": "0.005107"}))
-    def potential_energy_at_8_s(printed="0.005106", run=REFERENCE):
-        '''E_pot at 8 s.'''
-        return rounds_to(printed, run.at("E_pot", "8"), "J"), "m g R (1 - alpha cos theta)."
+    @claim("NUM-25", control="refuted", printed="0.31")
+    def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENCE) -> Grounds:
+        '''The translational energy at the start is about 0.34 of the potential energy there.
 
-The docstring states the claim. The keyword arguments are the printed value or formula and the run;
-their defaults are the paper's. The function returns a part or several and a note; ``rule`` makes
-the verdict of them. ``control`` replaces some arguments by other values and states the verdict that
-the claim must get then. One function judges several claims by the arguments ``given`` to each.
+        Sec. 2.3: "is initially small, about 0.34E_pot(t=0)"
+        Definition: E_trans(0)/E_pot(0) of the reference solution
+        Note: The ratio is {ratio:2}, when rounded.
+        '''
+        ratio = ...
+        return about(printed, ratio), {"ratio": ratio}
+
+The docstring has all words of the claim, see ``words``. The keyword arguments are what the paper
+prints, and the run. The function returns its part, or its parts by name, and the numbers of the
+note; the claim's rule makes the verdict. ``control`` is the verdict that the claim must get with
+the changed arguments behind it.
 """
 
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
-from types import MappingProxyType
+from types import FunctionType, MappingProxyType
+from typing import Any, cast
 
-from tt_precise.claims import paper as papers
-from tt_precise.claims.paper import CLAIM_KINDS, Paper, look_up
+from tt_precise.claims import paper
+from tt_precise.claims.paper import CLAIM_KINDS, look_up
 from tt_precise.claims.verdicts import Grounds, JudgedClaim, Rule, Verdict, conclude
+from tt_precise.claims.words import Wording, fill
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
+CHAPTERS = "tt_precise.claims.rauch_rutstam"  # The package with a module for each chapter.
 Function = Callable[..., Grounds]
-Control = tuple[str, Mapping[str, object]]  # the verdict it must get, and the changed arguments
+_ID = re.compile(rf"({'|'.join(CLAIM_KINDS)})-[0-9]{{2}}")
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One checkable statement of a paper.
+    """One checkable statement of the paper.
 
     Attributes
     ----------
     id
-        A name such as "NUM-20", after the paper's prefix; its letters name the ``kind``.
+        A name such as "NUM-20"; its letters name the ``kind``.
     section
         The number of the section.
-    statement
-        The claim in words: the docstring of the function.
-    quote, where
-        A short quote, and its place in the paper.
-    definition
-        The definitions used where the paper leaves them open.
+    words
+        Statement, place, quote, definition and note. Braces in the note take numbers, arguments,
+        or constants of the module.
     function
-        The function of the claim: takes keyword arguments (defaults from the paper), returns the
-        parts and a note.
-    control
-        Changed keyword arguments and the required verdict; None if nothing can be computed.
+        Takes keyword arguments (defaults from the paper), returns parts and numbers of the note.
     rule
         The rule that makes the verdict of the parts.
     finding
-        The id of the claim that represents the same finding in a count; by default the claim's own.
+        The id of the claim that represents the same finding in a count.
+    control, changes
+        The required verdict with changed arguments; empty if nothing can be computed.
     """
 
     id: str
-    paper: Paper
     section: str
-    statement: str
-    quote: str
-    where: str
-    definition: str
+    words: Wording
     function: Function = field(repr=False)
-    control: Control | None = field(repr=False)
     rule: Rule = "all of"
     finding: str = ""
-
-    def __post_init__(self) -> None:
-        if not re.fullmatch(rf"{self.paper.prefix}({'|'.join(CLAIM_KINDS)})-[0-9]{{2}}", self.id):
-            raise ValueError(f"claim id: got {self.id!r}, expected such as 'NUM-20'")
-        if self.section not in [section.key for section in self.paper.sections]:
-            raise ValueError(
-                f"claim {self.id}: got section {self.section!r}, which the paper lacks"
-            )
-        for name in ("statement", "quote", "where"):
-            if not getattr(self, name):
-                raise ValueError(f"claim {self.id}: got no {name}, expected one")
+    control: str = ""
+    changes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def kind(self) -> str:
         """The kind: equation, theorem, number, quality, figure, sweep, summary or setting."""
-        return CLAIM_KINDS[self.id.removeprefix(self.paper.prefix).split("-")[0]]
+        return CLAIM_KINDS[self.id.split("-")[0]]
 
     @property
     def group(self) -> str:
         """The module of the claim; claims of one group share their evidence."""
-        return getattr(self.function, "func", self.function).__module__  # also for a partial
+        return _defined(self.function).__module__
 
     @property
-    def order(self) -> tuple[int, int, str]:
-        """The key that sorts claims by paper, kind and number."""
-        return papers.PAPERS.index(self.paper), list(CLAIM_KINDS.values()).index(self.kind), self.id
+    def order(self) -> tuple[int, str]:
+        """The key that sorts claims by kind and number."""
+        return list(CLAIM_KINDS.values()).index(self.kind), self.id
 
-    def judge(self, **changes: object) -> JudgedClaim:
+    def judge(self, **changes: Any) -> JudgedClaim:
         """Judge the claim, with some of its arguments changed."""
-        own = ("id", "kind", "section", "statement", "quote", "where", "definition")
-        identity = {name: getattr(self, name) for name in own}
-        identity |= {"paper": self.paper.name, "finding": self.finding or self.id}
-        return conclude(self.rule, self.function(**changes), **identity)
+        try:
+            grounds = self.function(**changes)
+            parts, numbers = grounds if isinstance(grounds, tuple) else (grounds, {})
+            arguments = inspect.signature(self.function).bind(**changes)
+            arguments.apply_defaults()
+            names = {**_defined(self.function).__globals__, **arguments.arguments, **numbers}
+            note = fill(self.words.note, names)
+        except Exception as error:
+            error.add_note(f"while judging {self.id}")
+            raise
+        identity = {"id": self.id, "kind": self.kind, "paper": paper.NAME, "section": self.section}
+        words = self.words._asdict()
+        del words["note"]
+        return conclude(self.rule, parts, note, **identity, **words, finding=self.finding)
 
 
-# ---- the registry --------------------------------------------------------------------------------
+def _defined(function: Function) -> FunctionType:
+    """The function as it is defined, without the arguments that ``partial`` fixes."""
+    return cast(FunctionType, function.func if isinstance(function, partial) else function)
+
+
+# ---- the list of claims --------------------------------------------------------------------------
 
 _registered: dict[str, Claim] = {}
 
 
-def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], Function]]:
-    """Return the decorator for the claims of a section, at ``where`` ("Sec. 2.1" by default)."""
+def claims_of(section: str) -> Callable[..., Callable[[Function], Function]]:
+    """Return the decorator for the claims of a section."""
 
     def claim(
         id: str,
+        text: str = "",
         *,
-        quote: str,
-        control: Control | None,
-        where: str = f"Sec. {section}",
-        definition: str = "",
         rule: Rule = "all of",
-        statement: str = "",
         finding: str = "",
-        given: Mapping[str, object] = MappingProxyType({}),
+        control: str = "",
+        given: Mapping[str, Any] = MappingProxyType({}),
+        **changes: Any,
     ) -> Callable[[Function], Function]:
+        """``text`` are the words, by default the docstring; ``changes`` belong to the control."""
+
         def register(function: Function) -> Function:
-            name, text = paper.prefix + id, statement or " ".join((function.__doc__ or "").split())
-            if name in _registered:
-                raise ValueError(f"claim {name}: got it twice, expected each id once")
-            _registered[name] = Claim(
-                name, paper, section, text, quote, where, definition.removesuffix("."),
-                partial(function, **given) if given else function,
-                control, rule, finding and paper.prefix + finding,
-            )  # fmt: skip
+            if id in _registered or not _ID.fullmatch(id):
+                raise ValueError(f"claim: got {id!r}, expected an id such as 'NUM-20', each once")
+            try:
+                words = Wording.of(text or function.__doc__ or "")
+                definition = fill(words.definition, _defined(function).__globals__)
+            except ValueError as error:
+                raise ValueError(f"claim {id}: {error}") from error
+            words = words._replace(definition=definition.removesuffix("."))  # the page adds it
+            judged = partial(function, **given) if given else function
+            _registered[id] = Claim(
+                id, section, words, judged, rule, finding or id, control, changes
+            )
             return function
 
         return register
@@ -145,45 +156,31 @@ def claims_of(paper: Paper, section: str) -> Callable[..., Callable[[Function], 
 
 @cache
 def claims() -> Mapping[str, Claim]:
-    """Return all claims by id, sorted, from the modules of the papers' packages."""
-    for paper in papers.PAPERS:
-        package = importlib.import_module(paper.package)
-        for module in pkgutil.iter_modules(package.__path__, f"{paper.package}."):
-            importlib.import_module(module.name)
+    """Return all claims by id, sorted, from the modules of the paper's chapters."""
+    package = importlib.import_module(CHAPTERS)
+    for module in pkgutil.iter_modules(package.__path__, f"{CHAPTERS}."):
+        importlib.import_module(module.name)
     ordered = sorted(_registered.values(), key=lambda claim: claim.order)
     return MappingProxyType({claim.id: claim for claim in ordered})
 
 
 def claim_named(id: str) -> Claim:
-    """Return the claim with this id (in any case).
-
-    Raises
-    ------
-    InputError
-        There is no such claim.
-    """
+    """Return the claim with this id (in any case); raises ``InputError`` if there is none."""
     return look_up(id, claims())
 
 
 # ---- judging -------------------------------------------------------------------------------------
 
 
-def judge(id: str, **changes: object) -> JudgedClaim:
-    """Judge one claim.
-
-    ``changes`` replace arguments of the claim: a printed value, a formula, a scene.
+def judge(id: str, **changes: Any) -> JudgedClaim:
+    """Judge one claim; ``changes`` replace its arguments: a printed value, a formula, a scene.
 
     Raises
     ------
     InputError
         There is no such claim.
     """
-    claim = claim_named(id)
-    try:
-        return claim.judge(**changes)
-    except Exception as error:
-        error.add_note(f"while judging {claim.id}")
-        raise
+    return claim_named(id).judge(**changes)
 
 
 def judge_all(
@@ -211,14 +208,10 @@ def judge_all(
 
 
 def calls_for(ids: Iterable[str] | None = None) -> list[Call]:
-    """The calls of ``judge`` for claims (by default all), keyed by id.
-
-    Raises ``InputError``: there is no claim with one of the ids.
-    """
-    wanted = {claim.id: claim for claim in map(claim_named, claims() if ids is None else ids)}
-    modules = Counter(claim.group for claim in wanted.values())
-    # the largest modules first, so that no core is idle at the end
-    ordered = sorted(wanted.values(), key=lambda claim: -modules[claim.group])
+    """The calls of ``judge`` for claims (by default all), the largest modules first."""
+    chosen = {claim.id: claim for claim in map(claim_named, claims() if ids is None else ids)}
+    modules = Counter(claim.group for claim in chosen.values())
+    ordered = sorted(chosen.values(), key=lambda claim: -modules[claim.group])
     return [Call(claim.id, (claim.id,), group=claim.group) for claim in ordered]
 
 
@@ -229,5 +222,5 @@ def in_order(judged: Iterable[JudgedClaim]) -> list[JudgedClaim]:
 
 def counts(judged: Iterable[JudgedClaim]) -> dict[str, int]:
     """Count the claims with each verdict."""
-    counted = Counter[str](claim.verdict for claim in judged)
-    return {verdict.value: counted[verdict] for verdict in Verdict}
+    number = Counter[str](claim.verdict for claim in judged)
+    return {verdict.value: number[verdict] for verdict in Verdict}

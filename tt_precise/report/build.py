@@ -17,7 +17,7 @@ from msgspec import convert
 
 from tt_precise.claims.claim import calls_for, in_order, judge
 from tt_precise.claims.committed import FILE, Committed, run_record
-from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.paper import CITATION
 from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.report import golden, measured, overview, render, sections
 from tt_precise.report.document import Report, Section
@@ -30,7 +30,7 @@ from tt_precise.runtime.workers import Call, Failure, local_pool
 
 NAME = "precision-report"
 VERSIONS = ("tt-precise", "heyoka", "numpy", "mpmath", "pandas", "scipy", "sympy", "matplotlib")
-OPENING = f"Every statement of {RAUCH_RUTSTAM.citation}, computed:"
+OPENING = f"Every statement of {CITATION}, computed:"
 WHAT = "what `tt-precise report` writes"
 Part = dict[str, Json]
 MEASURED = shipped("reports") / "measured"

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from tt_precise.claims import paper
 from tt_precise.claims.verdicts import JudgedClaim
 from tt_precise.runtime.values import Json
 
@@ -19,22 +18,6 @@ MARKS = {
     "reproduced": "✓", "rounded": "≈", "partly": "◑", "ambiguous": "?", "misprint": "M",
     "refuted": "✗", "untestable": "–",
 }  # fmt: skip
-
-
-def key(claim: JudgedClaim) -> str:
-    """The key of a claim's section in ``sections()``."""
-    prefixes = {known.name: known.prefix for known in paper.PAPERS}
-    return prefixes[claim.paper] + claim.section
-
-
-def sections() -> dict[str, str]:
-    """Titles of the papers' sections by key, which are the groups on the page."""
-    several = len(paper.PAPERS) > 1
-    return {
-        known.prefix + section.key: f"{known.name}, {section.title}" if several else section.title
-        for known in paper.PAPERS
-        for section in known.sections
-    }
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from msgspec import to_builtins
 
 from tt_precise.claims import JudgedClaim, Verdict, counts
 from tt_precise.claims.committed import Committed, JudgingRun
-from tt_precise.claims.paper import LAMBDA_KEPT, RAUCH_RUTSTAM
+from tt_precise.claims.paper import HEADLINES, LAMBDA_KEPT, SECTIONS
 from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS, UNTESTED
 from tt_precise.claims.verdicts import RULES
 from tt_precise.golden import store
@@ -26,8 +26,6 @@ from tt_precise.report.document import (
     PageTable,
     Section,
     Text,
-    key,
-    sections,
 )
 from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
@@ -35,7 +33,6 @@ from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
 
 DIGITS = 8
-PRINTED = RAUCH_RUTSTAM.headlines  # The paper's numbers on the first screen, by claim.
 END, RATIO = "NUM-05", "NUM-22"
 TRIED = {
     False: "of the {} definitions tried, none gives the paper's time",
@@ -94,10 +91,10 @@ def headlines() -> Headlines:
         RATIO: Card(
             "E_pot(8 s) / E_pot(0)",
             full(end / start, DIGITS),
-            PRINTED[RATIO],
+            HEADLINES[RATIO],
             f"theory, after an infinite time: {limit}",
         ),
-        END: Card("end of the climb", f"{full(ended, DIGITS)} s", PRINTED[END], ""),
+        END: Card("end of the climb", f"{full(ended, DIGITS)} s", HEADLINES[END], ""),
     }
     results = {
         "jellett_drift": {label: short(drift, 3) for label, drift in drifts.items()},
@@ -108,19 +105,18 @@ def headlines() -> Headlines:
 
 def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
     """The first screen, with the verdicts on the report's paper."""
-    own = [claim for claim in judged if claim.paper == RAUCH_RUTSTAM.name]
     cards = dict(computed.cards)
-    for claim in own:
-        if claim.id in PRINTED and claim.id in cards:
+    for claim in judged:
+        if claim.id in HEADLINES and claim.id in cards:
             good = agreement(claim.verdict)
             comment = cards[claim.id].comment
             if claim.id == END:
                 comment = TRIED[good].format(len(claim.parts))
             cards[claim.id] = replace(cards[claim.id], good=good, comment=comment)
     return Overview(
-        answer(own),
-        verdict(own),
-        own,
+        answer(judged),
+        verdict(judged),
+        judged,
         list(cards.values()),
         computed.animation,
         computed.results,
@@ -179,9 +175,8 @@ def errata(judged: Sequence[JudgedClaim]) -> Section:
     ]  # fmt: skip
     failing = [claim for claim in judged if claim.verdict in (Verdict.MISPRINT, Verdict.REFUTED)]
     count = sum(findings(failing).values())
-    papers = "papers" if len({claim.paper for claim in judged}) > 1 else "paper"
     text = (
-        f"{len(failing)} statements of the {papers} fail as printed; they are {count} findings, "
+        f"{len(failing)} statements of the paper fail as printed; they are {count} findings, "
         "because a mistake in several places counts once. Statements that hold in a part or in "
         "one meaning follow. `tt-precise claims ID` shows the reason, the definition, and every "
         "part of a claim."
@@ -196,8 +191,8 @@ def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
     proved = sum(claim.proved for claim in judged)
     groups = [
         ClaimList(title, some)
-        for section, title in sections().items()
-        if (some := [claim for claim in judged if key(claim) == section])
+        for section, title in SECTIONS.items()
+        if (some := [claim for claim in judged if claim.section == section])
     ]
     records = Committed(claims=tuple(judged), counts=tally, run=run)
     text = f"{len(judged)} claims, {proved} of them decided by a proof."

@@ -15,7 +15,7 @@ from unicodedata import normalize
 
 import mpmath
 
-from tt_precise.claims.verdicts import Part
+from tt_precise.claims.part import Part
 from tt_precise.report import formula
 from tt_precise.report.formula import GREEK, split_symbol
 from tt_precise.runtime.values import Scalar

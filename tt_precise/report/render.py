@@ -16,6 +16,7 @@ from urllib.parse import quote
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from tt_precise.claims.paper import SECTIONS
 from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.report.document import (
     MARKS,
@@ -25,8 +26,6 @@ from tt_precise.report.document import (
     Report,
     Section,
     Text,
-    key,
-    sections,
 )
 from tt_precise.report.prose import HTML, MARKDOWN, Language
 from tt_precise.runtime import player
@@ -57,7 +56,7 @@ def html(report: Report) -> str:
     }
     environment.filters |= filters
     text = environment.get_template("report.html.j2").render(
-        report=report, paper_sections=sections(), marks=MARKS, citation=_citation(report)
+        report=report, paper_sections=SECTIONS, marks=MARKS, citation=_citation(report)
     )
     # lines that held nothing but template
     return re.sub(r"\n\s*\n+", "\n", text)
@@ -98,7 +97,6 @@ def _environment(*, escaped: bool) -> Environment:
         "tally": _tally,
         "meaning": lambda verdict: Verdict(verdict).meaning,
         "words": _words,
-        "key": key,
         "marked": lambda verdict: MARKS[str(verdict)],
         "names": names,
         "slug": lambda name: name.replace(" ", "-"),
@@ -140,7 +138,7 @@ def laid_out(section: Section) -> dict[str, Json]:
         "pictures": figures[2:] if paired else figures[1:],
         "claims": claims,
         "choices": [
-            ("verdict", sorted(verdicts)), ("section", list(sections().items())), ("kind", kinds),
+            ("verdict", sorted(verdicts)), ("section", list(SECTIONS.items())), ("kind", kinds),
         ],
     }  # fmt: skip
 

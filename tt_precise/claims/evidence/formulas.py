@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 
-from tt_precise.claims.verdicts import Part, decimal, formula, statement
+from tt_precise.claims.part import Part, decimal, formula, statement
 from tt_precise.exact.chart import EulerChart
 from tt_precise.exact.identities import prove
 from tt_precise.mechanics import euler, newton, rolling

@@ -21,8 +21,7 @@ from functools import cache
 import numpy
 import pandas
 
-from tt_precise.claims import verdicts
-from tt_precise.claims.verdicts import Part
+from tt_precise.claims.part import Part, statement
 from tt_precise.mechanics.parameters import NAMES
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Array, Json
@@ -225,20 +224,19 @@ def counted(rows: pandas.DataFrame) -> str:
 
 
 def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, more: str = "") -> Part:
-    """Test a statement about all rows, which ``holds`` for some; see ``verdicts.of_all``."""
+    """Test a statement about all rows, which ``holds`` for some; open while some are undecided.
+
+    The statement fails if it holds for no row, for example for an empty set.
+    """
     others = rows[~holds]
     count, left = int(holds.sum()), undecided(others)
     until = short(others["t_stop"].max())
     open_ones = (
         f"; {left} have not inverted at {until} s, which nothing excludes later" if left else ""
     )
-    return verdicts.of_all(
-        printed,
-        f"{count} of {len(rows)}{more}{open_ones}",
-        holding=count,
-        failing=len(others) - left,
-        undecided=left,
-    )
+    failing = len(others) > left or not count
+    shown = f"{count} of {len(rows)}{more}{open_ones}"
+    return statement(False if failing else None if left else True, printed, shown)
 
 
 def undecided(rows: pandas.DataFrame) -> int:

@@ -6,7 +6,25 @@ other table lists the sentences of the paper that the list of claims does not co
 
 from __future__ import annotations
 
-from tt_precise.claims.paper import AnswerSentence, Untested
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class AnswerSentence(NamedTuple):
+    """A sentence of the answer to "does the paper hold?", and the claims on which it depends."""
+
+    claims: Sequence[str]
+    holding: str
+    failing: str
+
+
+class Untested(NamedTuple):
+    """A sentence of the paper that no claim tests, and the reason."""
+
+    where: str
+    quote: str
+    reason: str
+
 
 ANSWERS = (
     AnswerSentence(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
+from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import (
     chart,
@@ -16,15 +17,15 @@ from tt_precise.claims.evidence.formulas import (
     rate,
 )
 from tt_precise.claims.evidence.run import REFERENCE, Run
-from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import Grounds, decimal, statement, untestable
+from tt_precise.claims.part import Part, decimal, statement
+from tt_precise.claims.verdicts import Grounds
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.euler import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import added, cross, dot, scaled
 from tt_precise.runtime.values import Scalar
 
-claim = claims_of(RAUCH_RUTSTAM, "1")
+claim = claims_of("1")
 OMEGA = ("-phi_dot*sin(theta)", "theta_dot", "psi_dot + phi_dot*cos(theta)")
 JELLETT_WITH_R = "R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))"
 FORMS = "Euler form = Newton form"
@@ -64,44 +65,36 @@ NORMAL_FORCE = (
 )
 
 
-@claim(
-    "EQ-01",
-    where="Sec. 1, Fig. 1",
-    control=("refuted", {"along_3": "-R*alpha"}),
-    quote="a=R(alpha 3-z)",
-)
+@claim("EQ-01", control="refuted", along_3="-R*alpha")
 def arm(along_3: str = "R*alpha", along_z: str = "-R") -> Grounds:
-    """The vector from the centre of mass to the contact point is a = R alpha 3 - R z."""
+    """The vector from the centre of mass to the contact point is a = R alpha 3 - R z.
+
+    Sec. 1, Fig. 1: "a=R(alpha 3-z)"
+    Note: O lies at R alpha along 3 from the centre of mass, and A, the lowest point of the sphere,
+    at R below O. So -a.z is the height R(1 - alpha cos theta) in the potential energy.
+    """
     q, body = motion(), chart().body
     printed = added(scaled(parse(along_3), q.k), (0, 0, parse(along_z)))
     from_centre = added(printed, scaled(-body.R * body.alpha, q.k))
     height = quantity("E_pot") / (body.m * body.g)
     shown = f"a = {along_3}*axis + ({along_z})*z_hat"
     lowest = equal_vectors(from_centre, (0, 0, -body.R), shown)
-    return (
-        {
-            "A is the lowest point of the sphere": lowest,
-            "CM stands -a.z above the table, as in E_pot": equal(-printed[2], height, shown),
-        },
-        "O lies at R alpha along 3 from the centre of mass, and A, the lowest point of the sphere, "
-        "at R below O. So -a.z is the height R(1 - alpha cos theta) in the potential energy.",
-    )
+    return {
+        "A is the lowest point of the sphere": lowest,
+        "CM stands -a.z above the table, as in E_pot": equal(-printed[2], height, shown),
+    }
 
 
-@claim(
-    "EQ-02",
-    control=("partly", {"printed": ("phi_dot*sin(theta)", *OMEGA[1:])}),
-    definition="the body is turned by phi about z, then theta about y, then psi about 3",
-    quote="omega=-phi_dot sin theta 1 + theta_dot 2 + (psi_dot+phi_dot cos theta) 3",
-)
+@claim("EQ-02", control="partly", printed=("phi_dot*sin(theta)", *OMEGA[1:]))
 def angular_velocity(printed: tuple[str, str, str] = OMEGA) -> Grounds:
-    """The angular velocity in the frame (1, 2, 3), from the Euler angles."""
+    """The angular velocity in the frame (1, 2, 3), from the Euler angles.
+
+    Sec. 1: "omega=-phi_dot sin theta 1 + theta_dot 2 + (psi_dot+phi_dot cos theta) 3"
+    Definition: the body is turned by phi about z, then theta about y, then psi about 3
+    Note: The frame turns with (2_dot.3, 3_dot.1, 1_dot.2), and the body in it with psi_dot about 3.
+    """
     parts = zip("123", printed, _rotation_of_the_body(), strict=True)
-    return (
-        {axis: equal(text, value) for axis, text, value in parts},
-        "The frame turns with (2_dot.3, 3_dot.1, 1_dot.2), and the body in it with psi_dot about "
-        "3.",
-    )
+    return {axis: equal(text, value) for axis, text, value in parts}
 
 
 @cache
@@ -115,58 +108,46 @@ def _rotation_of_the_body() -> tuple[Scalar, Scalar, Scalar]:
     return dot(two_dot, three), dot(three_dot, one), spin
 
 
-@claim(
-    "EQ-03",
-    where="eq (1)",
-    control=("partly", {"inverse_inertia": "1/I3"}),
-    quote="3_dot=omega x 3=(L x 3)/I1",
-)
+@claim("EQ-03", control="partly", inverse_inertia="1/I3")
 def axis_rotates(inverse_inertia: str = "1/I1") -> Grounds:
-    """The axis changes at the rate omega x 3 = L x 3/I1."""
+    """The axis changes at the rate omega x 3 = L x 3/I1.
+
+    eq (1): "3_dot=omega x 3=(L x 3)/I1"
+    Note: The component of L along 3 drops out; the other components are I1 times those of omega.
+    """
     q = _at_any_azimuth()
     geometric = tuple(rate(component) for component in q.k)
     printed = scaled(parse(inverse_inertia), cross(q.state.L, q.k))
-    return (
-        {
-            "omega x 3": equal_vectors(
-                cross(q.omega, q.k), geometric, "axis_dot = cross(omega, axis)"
-            ),
-            "L x 3": equal_vectors(
-                printed, geometric, f"axis_dot = {inverse_inertia}*cross(L, axis)"
-            ),
-        },
-        "The component of L along 3 drops out; the other components are I1 times those of omega.",
-    )
+    return {
+        "omega x 3": equal_vectors(cross(q.omega, q.k), geometric, "axis_dot = cross(omega, axis)"),
+        "L x 3": equal_vectors(printed, geometric, f"axis_dot = {inverse_inertia}*cross(L, axis)"),
+    }
 
 
-@claim(
-    "EQ-07",
-    quote="(s+a).z=0",
-    control=("refuted", {"along_3": "-R*alpha"}),
-)
+@claim("EQ-07", control="refuted", along_3="-R*alpha")
 def contact_constraint(along_3: str = "R*alpha") -> Grounds:
-    """The contact point stays on the table: (s + a).z = 0."""
+    """The contact point stays on the table: (s + a).z = 0.
+
+    Sec. 1: "(s+a).z=0"
+    Note: With a of EQ-01, and s.z = R(1 - alpha cos theta) as in E_pot.
+    """
     q, body = _at_any_azimuth(), chart().body
     height = quantity("E_pot") / (body.m * body.g)
     a_z = parse(along_3) * q.k[2] - body.R
-    check = equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0")
-    return check, "With a of EQ-01, and s.z = R(1 - alpha cos theta) as in E_pot."
+    return equal(height + a_z, 0 * height, "dot(s + a, z_hat) = 0")
 
 
-@claim(
-    "EQ-45",
-    quote="and its derivative satisfy v_A.z=0",
-    control=("refuted", {"rate_of_a": "R"}),
-)
+@claim("EQ-45", control="refuted", rate_of_a="R")
 def contact_velocity(rate_of_a: str = "R*alpha") -> Grounds:
-    """The derivative of the contact constraint is v_A.z = 0."""
+    """The derivative of the contact constraint is v_A.z = 0.
+
+    Sec. 1: "and its derivative satisfy v_A.z=0"
+    Note: a_dot = R alpha 3_dot is not omega x a, but the two differ by the horizontal R omega x z.
+    """
     q = _at_any_azimuth()
     velocity = q.s_dot[2] + parse(rate_of_a) * rate(q.k[2])
-    return (
-        equal(
-            velocity, q.state.v[2] + 0 * velocity, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"
-        ),
-        "a_dot = R alpha 3_dot is not omega x a, but the two differ by the horizontal R omega x z.",
+    return equal(
+        velocity, q.state.v[2] + 0 * velocity, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"
     )
 
 
@@ -177,51 +158,45 @@ def _at_any_azimuth() -> Motion:
     return Motion(symbols.body, vectors, symbols)
 
 
-@claim(
-    "NT-03",
-    where="Sec. 1, Fig. 1",
-    control=None,
-    quote="The axis 2 points behind the plane of the picture of Fig. 1",
-)
+@claim("NT-03")
 def frames() -> Grounds:
-    """In Fig. 1 the axis 2 points behind the plane of the picture."""
-    return (
-        untestable("2 points behind the plane of the picture"),
-        "The available source has no pictures. If the top of Fig. 1 leans to the right, 2 = z x x "
-        "points away from the viewer, as the text says. The directions x, 1 and 2 are undefined "
-        "while the axis is vertical.",
-    )
+    """In Fig. 1 the axis 2 points behind the plane of the picture.
+
+    Sec. 1, Fig. 1: "The axis 2 points behind the plane of the picture of Fig. 1"
+    Note: The available source has no pictures. If the top of Fig. 1 leans to the right, 2 = z x x
+    points away from the viewer, as the text says. The directions x, 1 and 2 are undefined while the
+    axis is vertical.
+    """
+    return part.untestable("2 points behind the plane of the picture")
 
 
-@claim(
-    "EQ-14",
-    rule="misprint",
-    where="Sec. 1, after eq (7)",
-    control=("reproduced", {"printed": JELLETT_WITH_R}),
-    quote="lambda=R I1 phi_dot sin^2 theta - I3 omega_3 (alpha - cos theta)",
-)
+@claim("EQ-14", rule="misprint", control="reproduced", printed=JELLETT_WITH_R)
 def jellett_in_euler_angles(
     printed: str = "R*I1*phi_dot*sin(theta)**2 - I3*omega_3*(alpha - cos(theta))",
 ) -> Grounds:
-    """Jellett's integral in Euler angles."""
-    forms = (printed, JELLETT_WITH_R)
-    return (
-        (equal(text, quantity("lambda"), f"lambda = {text}") for text in forms),
-        "The second term lacks the factor R, without which the two terms have different "
-        "dimensions; sections 2.1 and 2.2 print it.",
-    )
+    """Jellett's integral in Euler angles.
+
+    Sec. 1, after eq (7): "lambda=R I1 phi_dot sin^2 theta - I3 omega_3 (alpha - cos theta)"
+    Note: The second term lacks the factor R, without which the two terms have different dimensions;
+    sections 2.1 and 2.2 print it.
+    """
+
+    def compare(text: str) -> Part:
+        return equal(text, quantity("lambda"), f"lambda = {text}")
+
+    return part.misprint(compare, printed, JELLETT_WITH_R)
 
 
-@claim(
-    "EQ-06",
-    where="Sec. 1, Fig. 4, Sec. 3",
-    control=("refuted", {"quantity": "E_tilde"}),
-    definition="the reference solution: the largest of all local maxima of E_dot, found as "
-    "events, and E at samples every millisecond",
-    quote="The total energy ... is monotonically decreasing",
-)
+@claim("EQ-06", control="refuted", quantity="E_tilde")
 def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Grounds:
-    """The total energy decreases monotonically."""
+    """The total energy decreases monotonically.
+
+    Sec. 1, Fig. 4, Sec. 3: "The total energy ... is monotonically decreasing"
+    Definition: the reference solution: the largest of all local maxima of E_dot, found as events,
+    and E at samples every millisecond
+    Note: E_dot = -mu g_n v_A^2 (EQ-05) vanishes only at instants, such as the start. The claim
+    requires g_n >= 0 and gliding.
+    """
     fastest = float(run.extrema(f"{quantity}_dot")[1].max())
     values = run.sampled((quantity,))[quantity]
     steps = int((values.diff().iloc[1:] >= 0).sum())
@@ -229,25 +204,17 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Grounds:
     never, down = fastest <= 0, steps == 0
     shown = f"at most {decimal(fastest, 3)} W"
     steps_up = f"{steps} of {len(values) - 1} steps up"
-    return (
-        {
-            f"{quantity}_dot": statement(never, "never positive", shown, proved=proved and never),
-            quantity: statement(down, "decreasing", steps_up, proved=proved and down),
-        },
-        "E_dot = -mu g_n v_A^2 (EQ-05) vanishes only at instants, such as the start. The claim "
-        "requires g_n >= 0 and gliding.",
-    )
+    return {
+        f"{quantity}_dot": statement(never, "never positive", shown, proved=proved and never),
+        quantity: statement(down, "decreasing", steps_up, proved=proved and down),
+    }
 
 
 def _rate(name: str, printed: str) -> Grounds:
     symbols = chart()
     derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
     as_printed = equal(printed, derived, f"{_dotted(name)} = {printed}")
-    return (
-        {"as printed": as_printed, FORMS: prove_identity(FORMS)},
-        "Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact "
-        "constraint; all parameters and the state are symbols.",
-    )
+    return {"as printed": as_printed, FORMS: prove_identity(FORMS)}
 
 
 def _dotted(name: str) -> str:
@@ -255,21 +222,23 @@ def _dotted(name: str) -> str:
 
 
 for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
-    claim(
-        id, statement=f"The equation for {_dotted(name)}.", quote=f"{_dotted(name)}=...",
-        where=f"eq ({number})", control=("partly", {"printed": wrong}),
-        given={"name": name, "printed": printed},
-    )(_rate)  # fmt: skip
+    dotted = _dotted(name)
+    words = f"""The equation for {dotted}.
+
+    eq ({number}): "{dotted}=..."
+    Note: Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact
+    constraint; all parameters and the state are symbols.
+    """
+    given = {"name": name, "printed": printed}
+    claim(id, words, control="partly", printed=wrong, given=given)(_rate)
 
 
-@claim(
-    "EQ-13",
-    where="eq (7)",
-    control=("refuted", {"printed": NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y")}),
-    quote="g_n=...",
-)
+@claim("EQ-13", control="refuted", printed=NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y"))
 def normal_force(printed: str = NORMAL_FORCE) -> Grounds:
-    """The normal force."""
+    """The normal force.
+
+    eq (7): "g_n=..."
+    Note: From the vertical part of v_A_dot = 0, eq (1).
+    """
     derived = newton.normal_force(chart().body, motion().state)
-    checks = {"g_n": equal(printed, derived, "g_n = " + printed)}
-    return checks, "From the vertical part of v_A_dot = 0, eq (1)."
+    return {"g_n": equal(printed, derived, "g_n = " + printed)}

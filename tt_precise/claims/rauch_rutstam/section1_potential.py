@@ -12,20 +12,14 @@ from typing import Any
 import sympy
 from sympy.polys.matrices import DomainMatrix
 
+from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import chart, equal, evaluate, motion, parse, quantity
 from tt_precise.claims.evidence.motions import minima, minimum, swing_time
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rising, variant
-from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.part import Part, decimal, statement, statements
 from tt_precise.claims.rauch_rutstam.identities import ROUTH_RATE
-from tt_precise.claims.verdicts import (
-    Grounds,
-    Part,
-    decimal,
-    formula,
-    statement,
-    statements,
-)
+from tt_precise.claims.verdicts import Grounds
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
@@ -35,7 +29,7 @@ from tt_precise.mechanics.vectors import cross
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.scene import load_scene
 
-claim = claims_of(RAUCH_RUTSTAM, "1")
+claim = claims_of("1")
 DETERMINANT = (
     "I1**2*R*m**2*sin(theta)**2*theta_dot*(I1 + m*R**2*alpha**2*sin(theta)**2)/sqrt(d(cos(theta)))"
 )
@@ -77,15 +71,16 @@ BESIDE = (
 )
 
 
-@claim(
-    "EQ-21",
-    control=("refuted", {"factor": f"{DETERMINANT}/theta_dot"}),
-    definition="both systems are linear in the five accelerations; they are equivalent where the "
-    "determinant of the integrated form does not vanish",
-    quote="equations of motion (2)-(6) are equivalent to the following equations",
-)
+@claim("EQ-21", control="refuted", factor=f"{DETERMINANT}/theta_dot")
 def equivalent_form(factor: str = DETERMINANT) -> Grounds:
-    """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6)."""
+    """The rates of lambda, D, E~ and m r_dot are equivalent to eqs (2) to (6).
+
+    Sec. 1: "equations of motion (2)-(6) are equivalent to the following equations"
+    Definition: both systems are linear in the five accelerations; they are equivalent where the
+    determinant of the integrated form does not vanish
+    Note: The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant
+    theta satisfy the integrated form whether eq (2) holds or not.
+    """
     symbols = chart()
     determinant = symbols.field(_determinant())
     known = equal(factor, determinant)
@@ -100,14 +95,10 @@ def equivalent_form(factor: str = DETERMINANT) -> Grounds:
             regular, "determinant not zero" if regular else "determinant zero"
         ),
     }  # fmt: skip
-    return (
-        {
-            name: statement(holds, "equivalent", measured, proved=True)
-            for name, (holds, measured) in parts.items()
-        },
-        "The rate of E~ contains theta_ddot only as theta_dot theta_ddot, so motions with constant "
-        "theta satisfy the integrated form whether eq (2) holds or not.",
-    )
+    return {
+        name: statement(holds, "equivalent", measured, proved=True)
+        for name, (holds, measured) in parts.items()
+    }
 
 
 def _determinant() -> Scalar:
@@ -133,26 +124,32 @@ def _determinant() -> Scalar:
 
 @claim(
     "EQ-26",
-    statement="The printed relation of sigma, gamma and alpha makes d(z) a square.",
+    """The printed relation of sigma, gamma and alpha makes d(z) a square.
+
+    Sec. 1 and Sec. 2.1: "sigma=(1-alpha)/(gamma+alpha^2-1)"
+    Definition: the condition under which d(z) is the square of a polynomial
+    Note: {SQUARE_NOTE}
+    """,
     rule="misprint",
-    where="Sec. 1 and Sec. 2.1",
-    control=("reproduced", {"printed": CORRECT_CONDITION}),
-    definition="the condition under which d(z) is the square of a polynomial",
-    quote="sigma=(1-alpha)/(gamma+alpha^2-1)",
+    control="reproduced",
+    printed=CORRECT_CONDITION,
 )
 @claim(
     "EQ-27",
-    statement="V is a rational function of cos theta when the printed condition holds.",
-    given={"remark": f"{ROOT_NOTE} {SQUARE_NOTE}"},
+    """V is a rational function of cos theta when the printed condition holds.
+
+    Sec. 1: "V(z,D(t),lambda) is a rational function of cos theta"
+    Definition: for all lambda and D
+    Note: {ROOT_NOTE} {SQUARE_NOTE}
+    """,
     rule="misprint",
     finding="EQ-26",
-    control=("reproduced", {"printed": CORRECT_CONDITION}),
-    definition="for all lambda and D",
-    quote="V(z,D(t),lambda) is a rational function of cos theta",
+    control="reproduced",
+    printed=CORRECT_CONDITION,
 )
-def rationality_condition(printed: str = CONDITION, remark: str = SQUARE_NOTE) -> Grounds:
+def rationality_condition(printed: str = CONDITION) -> Grounds:
     """Test whether d(z) is a square as printed, and as corrected."""
-    return map(_square, (printed, CORRECT_CONDITION)), remark
+    return part.misprint(_square, printed, CORRECT_CONDITION)
 
 
 def _square(text: str) -> Part:
@@ -165,47 +162,51 @@ def _square(text: str) -> Part:
     at_toy = discriminant.subs({symbol: sympy.Rational(str(getattr(toy, str(symbol))))
                                 for symbol in (alpha, gamma)})  # fmt: skip
     value = decimal(Fraction(str(at_toy)), 4)
-    return formula(
-        sympy.simplify(discriminant) == 0,
-        f"sigma = {text}",
-        f"discriminant of d(z): {value} for the toy's alpha and gamma",
-        proved=True,
-    )
+    shown = f"discriminant of d(z): {value} for the toy's alpha and gamma"
+    return part.formula(sympy.simplify(discriminant) == 0, f"sigma = {text}", shown, proved=True)
 
 
 @claim(
     "EQ-24",
-    statement="The formulas for lambda of the upright and the inverted spin.",
+    """The formulas for lambda of the upright and the inverted spin.
+
+    Sec. 1: "lambda=R(1-alpha)L0=R(1+alpha)L1"
+    Note: Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for
+    symbolic parameters.
+    """,
     given={"printed": JELLETT_OF_SPIN},
-    control=(
-        "partly",
-        {"printed": {**JELLETT_OF_SPIN, "lambda of the inverted spin": "R*(1 - alpha)*L1"}},
-    ),
-    quote="lambda=R(1-alpha)L0=R(1+alpha)L1",
+    control="partly",
+    printed={**JELLETT_OF_SPIN, "lambda of the inverted spin": "R*(1 - alpha)*L1"},
 )
 @claim(
     "EQ-46",
-    statement="The formulas for D of the upright and the inverted spin.",
+    """The formulas for D of the upright and the inverted spin.
+
+    Sec. 1: "D0=lambda sqrt(d(1))/(R(1-alpha)), lim_{t->inf} D(t)=D1=-lambda
+    sqrt(d(-1))/(R(1+alpha))"
+    Note: Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for
+    symbolic parameters.
+    """,
     given={"printed": ROUTH_OF_SPIN},
-    control=("partly", {"printed": {**ROUTH_OF_SPIN, "D1": ROUTH_OF_SPIN["D1"][1:]}}),
-    quote="D0=lambda sqrt(d(1))/(R(1-alpha)), lim_{t->inf} D(t)=D1=-lambda sqrt(d(-1))/"
-    "(R(1+alpha))",
+    control="partly",
+    printed={**ROUTH_OF_SPIN, "D1": ROUTH_OF_SPIN["D1"][1:]},
 )
 @claim(
     "EQ-47",
-    statement="The formulas for E~ of the upright and the inverted spin.",
+    """The formulas for E~ of the upright and the inverted spin.
+
+    Sec. 1: "E~0=lambda^2/(2R^2 I3(1-alpha)^2)+m g R(1-alpha), lim_{t->inf} E~(t)=E~1=lambda^2/(2R^2
+    I3(1+alpha)^2)+m g R(1+alpha)"
+    Note: Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for
+    symbolic parameters.
+    """,
     given={"printed": ENERGY_OF_SPIN},
-    control=("partly", {"printed": {**ENERGY_OF_SPIN, "E~1": ENERGY_OF_SPIN["E~0"]}}),
-    quote="E~0=lambda^2/(2R^2 I3(1-alpha)^2)+m g R(1-alpha), lim_{t->inf} E~(t)=E~1="
-    "lambda^2/(2R^2 I3(1+alpha)^2)+m g R(1+alpha)",
+    control="partly",
+    printed={**ENERGY_OF_SPIN, "E~1": ENERGY_OF_SPIN["E~0"]},
 )
 def functions_of_the_spins(printed: Mapping[str, str]) -> Grounds:
     """Compare formulas with a function at the upright and at the inverted spin."""
-    return (
-        {name: _of_the_spin(name, text) for name, text in printed.items()},
-        "Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for "
-        "symbolic parameters.",
-    )
+    return {name: _of_the_spin(name, text) for name, text in printed.items()}
 
 
 def _of_the_spin(name: str, text: str) -> Part:
@@ -216,23 +217,22 @@ def _of_the_spin(name: str, text: str) -> Part:
     lambda_ = QUANTITIES["lambda"].evaluate(q)
     value = evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
     difference = sympy.simplify(value - QUANTITIES[QUANTITY[name[0]]].evaluate(q))
-    return formula(
-        difference == 0,
-        f"{SYMBOL[name]} = {text.replace('lambda_', 'lambda')}",
-        "equal, for every body" if difference == 0 else f"off by {difference}",
-        proved=True,
+    shown = "equal, for every body" if difference == 0 else f"off by {difference}"
+    return part.formula(
+        difference == 0, f"{SYMBOL[name]} = {text.replace('lambda_', 'lambda')}", shown, proved=True
     )
 
 
-@claim(
-    "EQ-25",
-    control=("refuted", {"limit": "E0"}),
-    quote="E(t)->E1=lim V(z_min(t),D(t),lambda)",
-    definition="the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is "
-    "the energy of the inverted spin",
-)
+@claim("EQ-25", control="refuted", limit="E0")
 def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
-    """The minimum of V tends to the energy of the inverted spin as D tends to D1."""
+    """The minimum of V tends to the energy of the inverted spin as D tends to D1.
+
+    Sec. 1: "E(t)->E1=lim V(z_min(t),D(t),lambda)"
+    Definition: the toy with the reference lambda, D = D1 + e |D1| for e = 1e-4 ... 1e-12; E1 is the
+    energy of the inverted spin
+    Note: The distance falls in proportion to D - D1. In the limit z_min = -1, where V is of the
+    form 0/0 and only the joint limit exists.
+    """
     fn = own_context(DIGITS)
     body = run.body(fn)
     lambda_ = fn.convert(run.lambda_)
@@ -243,35 +243,37 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
         D = D1 + fn.mpf(10) ** -power * abs(D1)
         z = minimum(body, D, lambda_, fn)
         off.append(abs(effective_potential(body, z, D, lambda_, fn) / target - 1))
-    check = statement(
-        all(10**3 * later < earlier for earlier, later in pairwise(off)),
-        "lim V(z_min, D, lambda) = E1",
-        "V(z_min)/E1 - 1 = " + ", ".join(decimal(difference, 2) for difference in off),
-    )
-    return (
-        {"V(z_min)": check},
-        "The distance falls in proportion to D - D1. In the limit z_min = -1, where V is of the "
-        "form 0/0 and only the joint limit exists.",
-    )
+    shown = "V(z_min)/E1 - 1 = " + ", ".join(decimal(difference, 2) for difference in off)
+    holds = all(10**3 * later < earlier for earlier, later in pairwise(off))
+    check = statement(holds, "lim V(z_min, D, lambda) = E1", shown)
+    return {"V(z_min)": check}
 
 
 @claim(
     "TH-08",
-    statement="For D slightly above D1 the potential has a minimum close to z = -1.",
+    """For D slightly above D1 the potential has a minimum close to z = -1.
+
+    Proposition 1.1 i): "has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)"
+    Definition: {BESIDE}
+    Note: The distance of the minimum from the pole is proportional to delta, so a delta exists for
+    every eps.
+    """,
     given={"pole": -1, "claimed": -1},
-    where="Proposition 1.1 i)",
-    control=("refuted", {"multiples": ("0.2",)}),
-    definition=BESIDE,
-    quote="has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)",
+    control="refuted",
+    multiples=("0.2",),
 )
 @claim(
     "TH-09",
-    statement="For D slightly below D0 the potential has a minimum close to z = 1.",
+    """For D slightly below D0 the potential has a minimum close to z = 1.
+
+    Proposition 1.1 ii): "has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)"
+    Definition: {BESIDE}
+    Note: The distance of the minimum from the pole is proportional to delta, so a delta exists for
+    every eps.
+    """,
     given={"pole": 1, "claimed": 1},
-    where="Proposition 1.1 ii)",
-    control=("refuted", {"claimed": -1}),
-    definition=BESIDE,
-    quote="has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)",
+    control="refuted",
+    claimed=-1,
 )
 def minimum_near_a_pole(pole: int, claimed: int, multiples: tuple[str, ...] = MULTIPLES) -> Grounds:
     """Test whether the minimum tends to the claimed pole as D tends to its value at ``pole``."""
@@ -292,50 +294,44 @@ def minimum_near_a_pole(pole: int, claimed: int, multiples: tuple[str, ...] = MU
             all(50 * later < earlier for earlier, later in pairwise(away)),
             f"|z_min - ({claimed})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
         )
-    return (
-        statements(f"z_min -> {claimed}", parts),
-        "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
-        "every eps.",
-    )
+    return statements(f"z_min -> {claimed}", parts)
 
 
-@claim(
-    "TH-10",
-    where="Sec. 1, after Proposition 1.1",
-    control=("refuted", {"until": 0.5}),
-    definition="the toy, whose potential is rational, reference lambda; "
-    f"{POTENTIAL_STEPS} values of D between D0 and D1; z = 1 and z = -1 count as reached within "
-    "0.1 rad",
-    quote="the minimum z_min is moving from an eps-neighborhood of z=1 to ... z=-1",
-)
+@claim("TH-10", control="refuted", until=0.5)
 def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Grounds:
-    """The minimum of V moves from z = 1 to z = -1 as D goes from D0 to D1."""
+    """The minimum of V moves from z = 1 to z = -1 as D goes from D0 to D1.
+
+    Sec. 1, after Proposition 1.1: "the minimum z_min is moving from an eps-neighborhood of z=1 to
+    ... z=-1"
+    Definition: the toy, whose potential is rational, reference lambda; {POTENTIAL_STEPS} values of
+    D between D0 and D1; z = 1 and z = -1 count as reached within 0.1 rad
+    Note: Minima are sought on a grid of theta that ends just short of both poles.
+    """
     body, lambda_ = _double_body(REFERENCE)
     begin, end = thresholds.D0(body, lambda_, math), thresholds.D1(body, lambda_, math)
     shares = [until * (1e-4 + (1 - 2e-4) * i / POTENTIAL_STEPS) for i in range(POTENTIAL_STEPS + 1)]
     wells = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
     alone = all(len(well) == 1 for well in wells)
     path = [well[0] for well in wells]
-    check = statement(
+    return statement(
         alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,
         "from z = 1 to z = -1",
         f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
         f"{'one minimum' if alone else 'several minima'}, "
         f"{'monotonically' if rising(path) else 'not monotonically'}",
     )
-    return check, "Minima are sought on a grid of theta that ends just short of both poles."
 
 
-@claim(
-    "TH-11",
-    rule="interpretations",
-    control=("refuted", {"factor": 0.1}),
-    definition="reference solution. T_upp at the most favourable D of each gap; the frozen motion "
-    f"has the D and E~ of the solution, every {EVERY} s",
-    quote="the time of passage for theta(t) between two turning points has a uniform bound T_upp",
-)
+@claim("TH-11", rule="interpretations", control="refuted", factor=0.1)
 def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -> Grounds:
-    """The time between two turning points of theta is at most T_upp."""
+    """The time between two turning points of theta is at most T_upp.
+
+    Sec. 1: "the time of passage for theta(t) between two turning points has a uniform bound T_upp"
+    Definition: reference solution. T_upp at the most favourable D of each gap; the frozen motion
+    has the D and E~ of the solution, every {EVERY} s
+    Note: Between these two turning points theta rises steadily by {rise:2} rad, because the
+    potential changes while theta swings in it.
+    """
     body, lambda_ = _double_body(run)
     table = run.sampled(("theta", "D", "E_tilde"), EVERY)
     bounds = [factor * thresholds.T_upp(body, lambda_, D, math) for D in table["D"]]
@@ -358,45 +354,42 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
             largest <= 1, f"at most {decimal(largest, 4)} T_upp"
         ),
     }  # fmt: skip
-    return (
-        statements("gap <= T_upp", parts),
-        f"Between these two turning points theta rises steadily by {decimal(rise, 2)} rad, "
-        "because the potential changes while theta swings in it.",
-    )
+    return statements("gap <= T_upp", parts), {"rise": rise}
 
 
 @claim(
-    "TH-12",
-    quote="If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations",
-    control=("refuted", {"run": Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))}),
-    definition="reference solution, T_inv in definition A, T_upp at its largest, D = D1; an "
-    "oscillation is a minimum of theta during the climb",
+    "TH-12", control="refuted", run=Run(variant(theta="0.01", phi_dot="197", mu="0.05", until="40"))
 )
 def several_oscillations(run: Run = REFERENCE) -> Grounds:
-    """T_inv is more than 10 T_upp, and theta oscillates several times during the climb."""
+    """T_inv is more than 10 T_upp, and theta oscillates several times during the climb.
+
+    Sec. 1: "If ... T_inv>10 T_upp, then theta(t) has to perform several oscillations"
+    Definition: reference solution, T_inv in definition A, T_upp at its largest, D = D1; an
+    oscillation is a minimum of theta during the climb
+    Note: The first implies the second only if the bound of TH-11 holds.
+    """
     body, lambda_ = _double_body(run)
     longest = thresholds.T_upp(body, lambda_, thresholds.D1(body, lambda_, math), math)
     climb = run.inversion.A
     turns = run.events("theta_min")["t"]
     inside = sum(climb.t_init < t < climb.t_end for t in turns) if climb.duration else 0
     ratio = (climb.duration or 0) / longest
-    checks = {
+    return {
         "T_inv/T_upp": statement(ratio > 10, "> 10", decimal(ratio, 6)),
         "oscillations": statement(inside > 1, "several", str(inside)),
     }
-    return checks, "The first implies the second only if the bound of TH-11 holds."
 
 
-@claim(
-    "TH-13",
-    rule="interpretations",
-    control=("refuted", {"end": "0.05"}),
-    definition="distance: E~ above the minimum of V, on the reference solution continued to 10 s; "
-    "its peak is the largest of values 0.01 s apart",
-    quote="due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)",
-)
+@claim("TH-13", rule="interpretations", control="refuted", end="0.05")
 def theta_goes_to_the_minimum(end: str = "10") -> Grounds:
-    """Dissipation brings theta towards the minimum of the moving potential."""
+    """Dissipation brings theta towards the minimum of the moving potential.
+
+    Sec. 1: "due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)"
+    Definition: distance: E~ above the minimum of V, on the reference solution continued to 10 s;
+    its peak is the largest of values 0.01 s apart
+    Note: Until {peak:3} s the moving potential raises E~ - V_min by the factor {number_1:2}.
+    Dissipation dominates only after that.
+    """
     run = Run(variant(until=end))
     body, lambda_ = _double_body(run)
 
@@ -418,43 +411,33 @@ def theta_goes_to_the_minimum(end: str = "10") -> Grounds:
             100 * last < highest, f"E~ - V_min down to {decimal(last, 3)} J at {end} s"
         ),
     }  # fmt: skip
-    return (
-        statements("goes toward the minimum", parts),
-        f"Until {decimal(peak, 3)} s the moving potential raises E~ - V_min by the factor "
-        f"{decimal(highest / first, 2)}. Dissipation dominates only after that.",
-    )
+    return statements("goes toward the minimum", parts), {"peak": peak, "number_1": highest / first}
 
 
-@claim(
-    "QUAL-31",
-    control=("reproduced", {"phase": "synchronisation"}),
-    definition=f"turning points of theta in the climb (definition A); many: at least {MANY}; "
-    "between the walls: the lower turning points lie on the lower side of the minimum of V at that "
-    "instant",
-    quote="In a generic situation the particle reflects many times between the walls of V",
-)
+@claim("QUAL-31", control="reproduced", phase="synchronisation")
 def reflections(phase: str = "climb", run: Run = REFERENCE) -> Grounds:
-    """The particle is reflected many times between the walls of V."""
+    """The particle is reflected many times between the walls of V.
+
+    Sec. 1: "In a generic situation the particle reflects many times between the walls of V"
+    Definition: turning points of theta in the climb (definition A); many: at least {MANY}; between
+    the walls: the lower turning points lie on the lower side of the minimum of V at that instant
+    Note: The well moves while theta swings in it, and overtakes the particle: theta then turns
+    without having reached the lower wall.
+    """
     body, lambda_ = _double_body(run)
     span = getattr(run, phase)
     turns = run.turning_points[run.turning_points["t"].astype(float).between(*span)]
     lower = turns[turns["name"] == "theta_min"]
     wells = [minima(body, D, lambda_)[0] for D in run.column("D", map(float, lower["t"]))]
     beyond = sum(float(theta) > well for theta, well in zip(lower["theta"], wells, strict=True))
-    return (
-        {
-            "many times": statement(
-                len(turns) >= MANY, "many times", f"{len(turns)} turning points"
-            ),
-            "between the walls": statement(
-                beyond == 0,
-                "between the walls of V",
-                f"{beyond} of {len(lower)} lower turning points lie beyond the minimum of V",
-            ),
-        },
-        "The well moves while theta swings in it, and overtakes the particle: theta then turns "
-        "without having reached the lower wall.",
-    )
+    return {
+        "many times": statement(len(turns) >= MANY, "many times", f"{len(turns)} turning points"),
+        "between the walls": statement(
+            beyond == 0,
+            "between the walls of V",
+            f"{beyond} of {len(lower)} lower turning points lie beyond the minimum of V",
+        ),
+    }
 
 
 def _double_body(run: Run) -> tuple[Parameters, float]:

@@ -9,6 +9,7 @@ from itertools import pairwise
 import sympy
 from msgspec.structs import replace
 
+from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import chart, equal, evaluate, names, parse
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
@@ -21,18 +22,8 @@ from tt_precise.claims.evidence.run import (
     exact,
     variant,
 )
-from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    Grounds,
-    Part,
-    Value,
-    agrees,
-    approximate,
-    decimal,
-    formula,
-    statement,
-    untestable,
-)
+from tt_precise.claims.part import Part, Value, decimal, statement
+from tt_precise.claims.verdicts import Grounds
 from tt_precise.exact.arithmetic import own_context, rounding_to
 from tt_precise.exact.stability import INVERTED, UPRIGHT
 from tt_precise.integration import Trajectory, integrate
@@ -42,7 +33,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.scene.scene import Scene
 
-claim = claims_of(RAUCH_RUTSTAM, "1")
+claim = claims_of("1")
 COUNT = 40
 BODIES = f"{COUNT} random bodies with 1 - alpha < gamma < 1 + alpha and random mu, seeded; "
 LEAVES = "contact-lost"  # A golden scene of the toy above both thresholds that loses contact.
@@ -57,43 +48,35 @@ THRESHOLD_DIGITS = 40
 CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
 
 
-@claim(
-    "TH-01",
-    where="Theorem 1.1",
-    control=("refuted", {"multiples": BELOW}),
-    definition=BODIES + "lambda is 1.001 to 3 times max(lambda_thres, lambda_up); eigenvalues of "
-    "the gliding top linearised about the upright and the inverted spin",
-    quote="an inverted spinning solution is the only Lyapunov stable state",
-)
+@claim("TH-01", control="refuted", multiples=BELOW)
 def only_stable_spin(multiples: tuple[str, str] = ABOVE) -> Grounds:
-    """Above both thresholds the inverted spin is stable and the upright spin is not."""
-    return (
-        _spins(multiples),
-        "Linear stability, transversally to the family of spins with other lambda. TH-03 excludes "
-        "tumbling motions.",
-    )
+    """Above both thresholds the inverted spin is stable and the upright spin is not.
+
+    Theorem 1.1: "an inverted spinning solution is the only Lyapunov stable state"
+    Definition: {BODIES}lambda is 1.001 to 3 times max(lambda_thres, lambda_up); eigenvalues of the
+    gliding top linearised about the upright and the inverted spin
+    Note: Linear stability, transversally to the family of spins with other lambda. TH-03 excludes
+    tumbling motions.
+    """
+    return _spins(multiples)
 
 
-@claim(
-    "TH-03",
-    where="Theorem 1.1",
-    control=("partly", {"multiples": BELOW}),
-    definition=BODIES + "tumbling: constant theta strictly between the poles without gliding",
-    quote="only Lyapunov stable state in the asymptotic set of nongliding solutions M",
-)
+@claim("TH-03", control="partly", multiples=BELOW)
 def only_stable_nongliding_motion(multiples: tuple[str, str] = ABOVE) -> Grounds:
-    """Only the inverted spin is stable among all motions without gliding."""
+    """Only the inverted spin is stable among all motions without gliding.
+
+    Theorem 1.1: "only Lyapunov stable state in the asymptotic set of nongliding solutions M"
+    Definition: {BODIES}tumbling: constant theta strictly between the poles without gliding
+    Note: Without gliding, eqs (2) and (5) admit the two spins and, for lambda^2 = N^2/P times a
+    constant, N' = -2P, a tumbling motion. N^2/P is largest at a pole, where it equals the square of
+    one of the thresholds.
+    """
     none = sum(not tumbles(case) for case in cases(COUNT, multiples))
-    return (
-        {
-            "v_A = 0 with constant theta": _tumbling_condition(),
-            **_spins(multiples),
-            "no tumbling motion": _all_bodies(none, "no tumbling motion has this lambda"),
-        },
-        "Without gliding, eqs (2) and (5) admit the two spins and, for lambda^2 = N^2/P times a "
-        "constant, N' = -2P, a tumbling motion. N^2/P is largest at a pole, where it equals the "
-        "square of one of the thresholds.",
-    )
+    return {
+        "v_A = 0 with constant theta": _tumbling_condition(),
+        **_spins(multiples),
+        "no tumbling motion": _all_bodies(none, "no tumbling motion has this lambda"),
+    }
 
 
 def _spins(multiples: tuple[str, str]) -> dict[str, Part]:
@@ -120,19 +103,19 @@ def _tumbling_condition() -> Part:
     height = 1 - body.alpha * c
     combined = body.I1 * (height * rates.theta_dot + rates.nu_x / body.R) / s
     wanted = body.I1 * state.phi_dot * (state.phi_dot * (c - body.alpha) - state.omega_3)
-    part = equal(combined, wanted, "omega_3 = phi_dot*(cos(theta) - alpha)")
-    return replace(part, measured=f"{part.measured}, where theta_ddot = nu_x_dot = 0")
+    one = equal(combined, wanted, "omega_3 = phi_dot*(cos(theta) - alpha)")
+    return replace(one, measured=f"{one.measured}, where theta_ddot = nu_x_dot = 0")
 
 
-@claim(
-    "TH-04",
-    where="Remark 1",
-    control=("refuted", {"lowest": "1 - alpha"}),
-    definition="every coefficient of a polynomial in positive variables is positive",
-    quote="When 1-alpha<1-alpha^2<gamma<1+alpha, then lambda_thres>lambda_up",
-)
+@claim("TH-04", control="refuted", lowest="1 - alpha")
 def thresholds_in_order(lowest: str = "1 - alpha**2") -> Grounds:
-    """For 1 - alpha^2 < gamma < 1 + alpha, lambda_thres is the larger threshold."""
+    """For 1 - alpha^2 < gamma < 1 + alpha, lambda_thres is the larger threshold.
+
+    Remark 1: "When 1-alpha<1-alpha^2<gamma<1+alpha, then lambda_thres>lambda_up"
+    Definition: every coefficient of a polynomial in positive variables is positive
+    Note: With alpha = 1/(1 + w) and gamma = 1 - alpha^2 + u, lambda_thres^2 - lambda_up^2 has the
+    sign of a polynomial in w, u > 0 without a negative coefficient.
+    """
     w, u = sympy.symbols("w u", positive=True)
     alpha = 1 / (1 + w)  # w > 0 runs through 0 < alpha < 1, u > 0 through gamma > lowest
     gamma = parse(lowest, {"alpha": alpha}) + u
@@ -140,53 +123,37 @@ def thresholds_in_order(lowest: str = "1 - alpha**2") -> Grounds:
     numerator = sympy.Poly(sympy.numer(sympy.together(difference)), w, u)
     chain = sympy.Poly(sympy.numer(sympy.together((1 - alpha**2) - (1 - alpha))), w)
     signs = [bool(c > 0) for c in numerator.coeffs()]
-    return (
-        statement(
-            all(signs) and all(c > 0 for c in chain.coeffs()),
-            f"lambda_thres > lambda_up for gamma > {lowest}",
-            f"{sum(signs)} of {len(signs)} coefficients positive",
-            proved=True,
-        ),
-        "With alpha = 1/(1 + w) and gamma = 1 - alpha^2 + u, lambda_thres^2 - lambda_up^2 has the "
-        "sign of a polynomial in w, u > 0 without a negative coefficient.",
-    )
+    shown = f"{sum(signs)} of {len(signs)} coefficients positive"
+    holds = all(signs) and all(c > 0 for c in chain.coeffs())
+    return statement(holds, f"lambda_thres > lambda_up for gamma > {lowest}", shown, proved=True)
 
 
-@claim(
-    "TH-05",
-    where="Corollary 1",
-    control=("reproduced", {"candidates": (INVERTED,)}),
-    definition="M with the given lambda, here twice lambda_thres of the toy",
-    quote="the asymptotic set M contains only one solution",
-)
+@claim("TH-05", control="reproduced", candidates=(INVERTED,))
 def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Grounds:
-    """Above both thresholds the asymptotic set M contains only one solution."""
+    """Above both thresholds the asymptotic set M contains only one solution.
+
+    Corollary 1: "the asymptotic set M contains only one solution"
+    Definition: M with the given lambda, here twice lambda_thres of the toy
+    Note: The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for
+    every lambda. It is unstable: only one stable solution exists, as Theorem 1.1 says.
+    """
     steady = _steady(candidates)
-    return (
-        statement(len(steady) == 1, "only one solution", _for_ever(steady)),
-        "The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for "
-        "every lambda. It is unstable: only one stable solution exists, as Theorem 1.1 says.",
-    )
+    return statement(len(steady) == 1, "only one solution", _for_ever(steady))
 
 
-@claim(
-    "TH-20",
-    where="Corollary 1; Sec. 1, after Proposition 1.1",
-    finding="TH-05",
-    control=("reproduced", {"candidates": (INVERTED,)}),
-    definition="solutions with g_n > 0 and twice lambda_thres of the toy",
-    quote="every solution with g_n(t)>0 is asymptotically approaching the inverted spinning "
-    "solution",
-)
+@claim("TH-20", finding="TH-05", control="reproduced", candidates=(INVERTED,))
 def every_solution_inverts(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Grounds:
-    """Above both thresholds every solution with g_n > 0 approaches the inverted spin."""
+    """Above both thresholds every solution with g_n > 0 approaches the inverted spin.
+
+    Corollary 1; Sec. 1, after Proposition 1.1: "every solution with g_n(t)>0 is asymptotically
+    approaching the inverted spinning solution"
+    Definition: solutions with g_n > 0 and twice lambda_thres of the toy
+    Note: The upright spin and the motions on its stable manifold have g_n > 0 and do not invert.
+    The sentence "every Tippe Top satisfying theorem 1.1 has to invert" has the same exceptions, and
+    those that lose contact (TH-07).
+    """
     steady = _steady(candidates)
-    return (
-        statement(_NAMES[UPRIGHT] not in steady, "every solution", _for_ever(steady)),
-        "The upright spin and the motions on its stable manifold have g_n > 0 and do not invert. "
-        'The sentence "every Tippe Top satisfying theorem 1.1 has to invert" has the same '
-        "exceptions, and those that lose contact (TH-07).",
-    )
+    return statement(_NAMES[UPRIGHT] not in steady, "every solution", _for_ever(steady))
 
 
 def _steady(candidates: tuple[int, ...]) -> list[str]:
@@ -215,16 +182,15 @@ def _stays(q: Motion) -> bool:
     return bool(carried and not any(newton.rates(q.body, q.state)))
 
 
-@claim(
-    "TH-06",
-    rule="misprint",
-    where="Corollary 1 and, again, the end of Sec. 1",
-    control=("reproduced", {"axis": -1}),
-    definition="the state must have the lambda it is named after",
-    quote="(L,3,v_A)=(lambda/(R(1+alpha)) z, z, 0)",
-)
+@claim("TH-06", rule="misprint", control="reproduced", axis=-1)
 def inverted_state(axis: int = 1) -> Grounds:
-    """The inverted spinning solution as printed."""
+    """The inverted spinning solution as printed.
+
+    Corollary 1 and, again, the end of Sec. 1: "(L,3,v_A)=(lambda/(R(1+alpha)) z, z, 0)"
+    Definition: the state must have the lambda it is named after
+    Note: With 3 = z the state is an upright spin with too small a lambda; the inverted spin has 3 =
+    -z. The error occurs at both places.
+    """
 
     def state(k: int) -> str:
         axis = "z_hat" if k > 0 else "-z_hat"
@@ -235,24 +201,20 @@ def inverted_state(axis: int = 1) -> Grounds:
     def has_its_lambda(k: int) -> Part:
         spin, arm = lambda_ / (R * (1 + alpha)), R * (alpha * k - 1)
         ratio = sympy.factor(sympy.simplify(-spin * arm / lambda_))
-        return formula(ratio == 1, state(k), f"-L.a is lambda times {ratio}", proved=True)
+        return part.formula(ratio == 1, state(k), f"-L.a is lambda times {ratio}", proved=True)
 
-    return (
-        map(has_its_lambda, (axis, -1)),
-        "With 3 = z the state is an upright spin with too small a lambda; the inverted spin has "
-        "3 = -z. The error occurs at both places.",
-    )
+    return part.misprint(has_its_lambda, axis, -1)
 
 
-@claim(
-    "TH-07",
-    where="Remark 2",
-    control=("refuted", {"phi_dot": "0"}),
-    definition="the toy with theta = 0.1, omega_3 = 155 rad/s and the given phi_dot",
-    quote="does not exclude existence of solutions having negative g_n(t)<0",
-)
+@claim("TH-07", control="refuted", phi_dot="0")
 def negative_normal_force(phi_dot: str = "-300") -> Grounds:
-    """Solutions exist on which g_n becomes negative."""
+    """Solutions exist on which g_n becomes negative.
+
+    Remark 2: "does not exclude existence of solutions having negative g_n(t)<0"
+    Definition: the toy with theta = 0.1, omega_3 = 155 rad/s and the given phi_dot
+    Note: At lambda = {ratio:4} lambda_thres, from a start with g_n > 0. The equations continue with
+    g_n < 0, but a real top leaves the table. The proof is that of scene {LEAVES}.
+    """
     run = Run(variant(phi_dot=phi_dot, until="2"))
     solution = integrate(run.loaded, "double")
     end = solution.t_end
@@ -260,113 +222,99 @@ def negative_normal_force(phi_dot: str = "-300") -> Grounds:
     falling = solution.status == "contact_lost" and before > 1e-6 > after
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
-    return (
-        statement(
-            falling,
-            "g_n < 0 is possible",
-            f"g_n {'falls through 0' if falling else 'stays positive to'} at t = "
-            f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
-            proved=falling and proofs_of(LEAVES).contact_lost is not None,
-        ),
-        f"At lambda = {decimal(ratio, 4)} lambda_thres, from a start with g_n > 0. The equations "
-        f"continue with g_n < 0, but a real top leaves the table. The proof is that of scene "
-        f"{LEAVES}.",
-    )
+    return statement(
+        falling,
+        "g_n < 0 is possible",
+        f"g_n {'falls through 0' if falling else 'stays positive to'} at t = "
+        f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
+        proved=falling and proofs_of(LEAVES).contact_lost is not None,
+    ), {"ratio": ratio}
 
 
-@claim(
-    "TH-16",
-    quote="provides sufficient conditions for physical parameters that the TT have to satisfy and "
-    "for initial conditions so that TT is inverting",
-    where="Sec. 1, before Theorem 1.1",
-    control=("refuted", {"starts": ("60", "155")}),
-    definition="toy starts with lambda above both thresholds and g_n > 0 throughout; inverts: "
-    "theta beyond 3.1 rad within 40 s",
-)
+@claim("TH-16", control="refuted", starts=("60", "155"))
 def sufficient_conditions(starts: tuple[str, ...] = ("90", "120", "155", "200")) -> Grounds:
-    """The conditions of Theorem 1.1 are sufficient for inversion."""
+    """The conditions of Theorem 1.1 are sufficient for inversion.
+
+    Sec. 1, before Theorem 1.1: "provides sufficient conditions for physical parameters that the TT
+    have to satisfy and for initial conditions so that TT is inverting"
+    Definition: toy starts with lambda above both thresholds and g_n > 0 throughout; inverts: theta
+    beyond 3.1 rad within 40 s
+    Note: Of the starts that keep contact only the upright spin and the motions on its stable
+    manifold are exceptions (TH-20).
+    """
     motions = [integrate(variant(omega_3=omega_3, until="40")) for omega_3 in starts]
     on_table = [run for run in motions if run.status != "contact_lost"]
     angles = ", ".join(decimal(run.state.theta, 6) for run in on_table)
-    return (
-        statement(
-            bool(on_table) and all(map(_inverts, on_table)),
-            "sufficient",
-            f"theta(40 s) = {angles}; contact lost by {len(motions) - len(on_table)}",
-        ),
-        "Of the starts that keep contact only the upright spin and the motions on its stable "
-        "manifold are exceptions (TH-20).",
-    )
+    shown = f"theta(40 s) = {angles}; contact lost by {len(motions) - len(on_table)}"
+    return statement(bool(on_table) and all(map(_inverts, on_table)), "sufficient", shown)
 
 
-@claim(
-    "TH-21",
-    quote="provides necessary conditions for physical parameters and for initial conditions (IC) "
-    "so that the Tippe Top inverts",
-    where="Sec. 3",
-    control=("reproduced", {"omega_3": "10"}),
-    definition="a body with gamma = 0.65 < 1 - alpha, started at theta = 0.8 rad, phi_dot = 120, "
-    "omega_3 = 47.6 rad/s; inverts: theta beyond 3.1 rad within 40 s",
-)
+@claim("TH-21", control="reproduced", omega_3="10")
 def necessary_conditions(omega_3: str = "47.6") -> Grounds:
-    """The conditions of Theorem 1.1 are necessary for inversion."""
+    """The conditions of Theorem 1.1 are necessary for inversion.
+
+    Sec. 3: "provides necessary conditions for physical parameters and for initial conditions (IC)
+    so that the Tippe Top inverts"
+    Definition: a body with gamma = 0.65 < 1 - alpha, started at theta = 0.8 rad, phi_dot = 120,
+    omega_3 = 47.6 rad/s; inverts: theta beyond 3.1 rad within 40 s
+    Note: A start with large theta can invert without the conditions. Section 1 calls them
+    sufficient, as they are (TH-16).
+    """
     outside = integrate(variant(I1="0.26", theta="0.8", phi_dot="120", omega_3=omega_3, until="40"))
-    return (
-        statement(
-            not _inverts(outside),
-            "necessary",
-            f"with gamma < 1 - alpha theta(40 s) = {decimal(outside.state.theta, 6)}",
-        ),
-        "A start with large theta can invert without the conditions. Section 1 calls them "
-        "sufficient, as they are (TH-16).",
-    )
+    shown = f"with gamma < 1 - alpha theta(40 s) = {decimal(outside.state.theta, 6)}"
+    return statement(not _inverts(outside), "necessary", shown)
 
 
 def _inverts(run: Trajectory) -> bool:
     return run.status == "complete" and run.state.theta > 3.1
 
 
-@claim(
-    "TH-14",
-    control=("reproduced", {"run": Run(variant(theta="1e-9", mu="1e-6"))}),
-    definition="the reference solution continued to negative times; it is counted as having the "
-    "limit if it glides on to -45 s with theta at most twice its value at the start",
-    quote="For inverting solutions lim_{t->-inf} theta(t)=0 ... L(t)=L0 z",
-)
+@claim("TH-14", control="reproduced", run=Run(variant(theta="1e-9", mu="1e-6")))
 def limits_in_the_past(run: Run = REFERENCE) -> Grounds:
-    """Inverting solutions come from the upright spin as t goes to minus infinity."""
+    """Inverting solutions come from the upright spin as t goes to minus infinity.
+
+    Sec. 1: "For inverting solutions lim_{t->-inf} theta(t)=0 ... L(t)=L0 z"
+    Definition: the reference solution continued to negative times; it is counted as having the
+    limit if it glides on to -45 s with theta at most twice its value at the start
+    Note: Backwards in time friction increases the gliding, E grows, and the solution ends where g_n
+    = 0. Only motions on the unstable manifold of the upright spin have these limits.
+    """
     end, again = past(run.scene), past(run.scene, 1e-10)
     start = float(run.loaded.start.theta.offset)
     how = "contact is made at" if end.contact_lost else "still gliding at"
-    return (
-        statement(
-            not end.contact_lost and end.theta <= 2 * start,
-            "theta -> 0, L -> L0 z",
-            f"{how} t = {Value.of(end.t, again.t)} s with theta = "
-            f"{decimal(end.theta, 4)} rad and {decimal(end.energy_ratio, 3)} times the "
-            "energy",
-        ),
-        "Backwards in time friction increases the gliding, E grows, and the solution ends where "
-        "g_n = 0. Only motions on the unstable manifold of the upright spin have these limits.",
+    return statement(
+        not end.contact_lost and end.theta <= 2 * start,
+        "theta -> 0, L -> L0 z",
+        f"{how} t = {Value.of(end.t, again.t)} s with theta = "
+        f"{decimal(end.theta, 4)} rad and {decimal(end.energy_ratio, 3)} times the "
+        "energy",
     )
 
 
 @claim(
     "TH-15",
-    statement="The reference solution tends to theta = pi and L = L1 z.",
+    """The reference solution tends to theta = pi and L = L1 z.
+
+    Sec. 1: "lim_{t->inf} theta(t)=pi ... L(t)=L1 z"
+    Definition: the reference solution continued to {TIMES[2]} s; it tends to a limit if the
+    distance falls at least tenfold between {TIMES} s
+    Note: The approach is exponential, and the inverted spin with this lambda attracts (TH-01).
+    """,
     given={"names": ("theta", "Lz")},
-    control=("refuted", {"run": Run(variant(omega_3="60"))}),
-    definition=f"the reference solution continued to {TIMES[-1]} s; it tends to a limit if the "
-    f"distance falls at least tenfold between {', '.join(TIMES)} s",
-    quote="lim_{t->inf} theta(t)=pi ... L(t)=L1 z",
+    control="refuted",
+    run=Run(variant(omega_3="60")),
 )
 @claim(
     "TH-24",
-    statement="D and E~ of the reference solution tend to D1 and E~1.",
+    """D and E~ of the reference solution tend to D1 and E~1.
+
+    Sec. 1: "lim_{t->inf} D(t)=D1 ... lim_{t->inf} E~(t)=E~1"
+    Definition: as for TH-15
+    Note: The approach is exponential, and the inverted spin with this lambda attracts (TH-01).
+    """,
     given={"names": ("D", "E_tilde")},
-    control=("refuted", {"run": Run(variant(omega_3="60"))}),
-    definition="as for TH-15",
-    quote="lim_{t->inf} D(t)=D1 ... lim_{t->inf} E~(t)=E~1",
+    control="refuted",
+    run=Run(variant(omega_3="60")),
 )
 def limits_in_the_future(names: tuple[str, str], run: Run = REFERENCE) -> Grounds:
     """Test whether quantities of a solution tend to their values in the inverted spin."""
@@ -375,45 +323,35 @@ def limits_in_the_future(names: tuple[str, str], run: Run = REFERENCE) -> Ground
     if not checks:
         checks[names[0]] = statement(False, "tends to its limit", "leaves the table before")
     proved = run.proofs.inverts
-    return (
-        {name: replace(part, proved=proved and part.holds) for name, part in checks.items()},
-        "The approach is exponential, and the inverted spin with this lambda attracts (TH-01).",
-    )
+    return {name: replace(one, proved=proved and one.holds) for name, one in checks.items()}
 
 
-@claim(
-    "SUM-03",
-    finding="TH-14",
-    control=("reproduced", {"pasts": ()}),
-    definition="solutions of the toy with the reference lambda: phi_dot(0) = "
-    f"{', '.join(PRECESSIONS)} rad/s with omega_3(0) to match, the inverting ones; forwards as in "
-    "TH-24, backwards as in TH-14",
-    quote="all pairs D(t), E~(t) satisfy the same asymptotic conditions",
-)
+@claim("SUM-03", finding="TH-14", control="reproduced", pasts=())
 def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Grounds:
-    """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time."""
+    """All inverting solutions with one lambda share the limits of (D, E~) at both ends of time.
+
+    Sec. 1: "all pairs D(t), E~(t) satisfy the same asymptotic conditions"
+    Definition: solutions of the toy with the reference lambda: phi_dot(0) = {PRECESSIONS} rad/s
+    with omega_3(0) to match, the inverting ones; forwards as in TH-24, backwards as in TH-14
+    Note: The limits for t -> inf follow from lambda alone. Only motions on the unstable manifold of
+    the upright spin have the limits for t -> -inf (TH-14).
+    """
     checks: dict[str, Part] = {}
     for phi_dot in PRECESSIONS:
         away = _distances(Run(with_the_same_lambda(phi_dot)))
         if away:
             parts = [_falling(away[name]) for name in ("D", "E_tilde")]
+            holds = all(one.holds for one in parts)
             checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = statement(
-                all(part.holds for part in parts),
-                "D -> D1, E~ -> E~1",
-                ", ".join(part.measured for part in parts),
+                holds, "D -> D1, E~ -> E~1", ", ".join(one.measured for one in parts)
             )
     for phi_dot in pasts:
         begin = past(with_the_same_lambda(phi_dot))
+        shown = f"begins at t = {decimal(begin.t, 6)} s, where g_n = 0"
         checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = statement(
-            not begin.contact_lost,
-            "D -> D0, E~ -> E~0",
-            f"begins at t = {decimal(begin.t, 6)} s, where g_n = 0",
+            not begin.contact_lost, "D -> D0, E~ -> E~0", shown
         )
-    return (
-        checks,
-        "The limits for t -> inf follow from lambda alone. Only motions on the unstable manifold "
-        "of the upright spin have the limits for t -> -inf (TH-14).",
-    )
+    return checks
 
 
 def _distances(run: Run) -> dict[str, list[float]]:
@@ -458,14 +396,15 @@ def with_the_same_lambda(phi_dot: str) -> Scene:
     return variant(phi_dot=phi_dot, omega_3=fn.nstr(omega_3, 30))
 
 
-@claim(
-    "EQ-39",
-    control=("refuted", {"printed": SIMPLIFIED.replace("**2*nu_y", "*nu_y")}),
-    definition="xi = I3 omega_3 - I1 phi_dot cos theta and its rate both zero",
-    quote="theta_dot=mu g_n R^2 (1-alpha cos theta)^2 nu_y/lambda",
-)
+@claim("EQ-39", control="refuted", printed=SIMPLIFIED.replace("**2*nu_y", "*nu_y"))
 def balanced_equation(printed: str = SIMPLIFIED) -> Grounds:
-    """With xi = 0 throughout the motion, theta_dot is the printed expression."""
+    """With xi = 0 throughout the motion, theta_dot is the printed expression.
+
+    Sec. 1: "theta_dot=mu g_n R^2 (1-alpha cos theta)^2 nu_y/lambda"
+    Definition: xi = I3 omega_3 - I1 phi_dot cos theta and its rate both zero
+    Note: Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed
+    expression); eq (2) is not used and would be violated.
+    """
     symbols = chart()
     body, state = symbols.body, symbols.state
     c, s = symbols.c, symbols.s
@@ -481,74 +420,71 @@ def balanced_equation(printed: str = SIMPLIFIED) -> Grounds:
         "lambda_": euler.jellett(body, balanced, symbols),
     }
     claimed = body.I1 * state.phi_dot / s * (state.theta_dot - parse(printed, known))
-    return (
-        equal(claimed, xi_rate, f"theta_dot = {printed}"),
-        "Along eqs (3) and (4), xi_dot at xi = 0 is (I1 phi_dot/sin theta)(theta_dot - the printed "
-        "expression); eq (2) is not used and would be violated.",
-    )
+    return equal(claimed, xi_rate, f"theta_dot = {printed}")
 
 
-@claim(
-    "EQ-40",
-    control=("refuted", {"sign": -1}),
-    definition="theta_dot of the simplified equation wherever nu_y > 0, with g_n and nu_y of the "
-    "reference solution; the cited work has a nu_y of its own",
-    quote="providing a monotonously increasing theta(t) as a solution",
-)
+@claim("EQ-40", control="refuted", sign=-1)
 def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Grounds:
-    """The simplified equation makes theta increase monotonically."""
+    """The simplified equation makes theta increase monotonically.
+
+    Sec. 1: "providing a monotonously increasing theta(t) as a solution"
+    Definition: theta_dot of the simplified equation wherever nu_y > 0, with g_n and nu_y of the
+    reference solution; the cited work has a nu_y of its own
+    Note: theta_dot has the sign of nu_y, as g_n and lambda are positive. In the reference solution
+    nu_y is positive for {number_1:3} % of the time.
+    """
     whole = run.sampled(("theta_dot_simplified", "nu_y"))
     table = whole[whole["nu_y"] > 0]
     share = float((sign * table["theta_dot_simplified"] > 0).mean())
-    return (
-        statement(
-            share == 1,
-            "increasing",
-            f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time with nu_y > 0",
-        ),
-        "theta_dot has the sign of nu_y, as g_n and lambda are positive. In the reference solution "
-        f"nu_y is positive for {decimal(100 * len(table) / len(whole), 3)} % of the time.",
-    )
+    shown = f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time with nu_y > 0"
+    return statement(share == 1, "increasing", shown), {"number_1": 100 * len(table) / len(whole)}
 
 
-@claim(
-    "TH-18",
-    control=("refuted", {"middle": 0.3}),
-    definition="root mean square of xi against that of |L| while |theta - pi/2| < 0.3 rad, in the "
-    "reference solution",
-    quote="approximately satisfied in a certain neighborhood of the angle theta=pi/2",
-)
+@claim("TH-18", control="refuted", middle=0.3)
 def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Grounds:
-    """xi = I3 omega_3 - I1 phi_dot cos theta is close to zero near theta = pi/2."""
+    """xi = I3 omega_3 - I1 phi_dot cos theta is close to zero near theta = pi/2.
+
+    Sec. 1: "approximately satisfied in a certain neighborhood of the angle theta=pi/2"
+    Definition: root mean square of xi against that of |L| while |theta - pi/2| < 0.3 rad, in the
+    reference solution
+    Note: At the start xi is {start:3} of |L|.
+    """
     table = run.sampled(("theta", "xi", "Lx", "Ly", "Lz"))
     squares = {"xi": table["xi"] ** 2, "L": (table[["Lx", "Ly", "Lz"]] ** 2).sum(axis=1)}
     near = abs(table["theta"] - middle) < 0.3
     xi, size = (float(square[near].mean() ** 0.5) for square in squares.values())
     start = float(squares["xi"].iloc[0] / squares["L"].iloc[0]) ** 0.5
-    parts = {"xi/|L|": approximate("xi approximately 0", xi, size, "xi/|L| =")}
-    return parts, f"At the start xi is {decimal(start, 3)} of |L|."
+    parts = {"xi/|L|": part.approximate("xi approximately 0", xi, size, "xi/|L| =")}
+    return parts, {"start": start}
 
 
 @claim(
     "TH-02",
-    statement="The formula for lambda_thres gives the spin at which the inverted spin becomes "
-    "stable.",
+    """The formula for lambda_thres gives the spin at which the inverted spin becomes stable.
+
+    Theorem 1.1: "lambda_thres=sqrt(m g R^3 alpha I3)(1+alpha)^2/sqrt(1+alpha-gamma)"
+    Definition: the spin at which an eigenvalue of the gliding top, linearised numerically about the
+    inverted spin, crosses the imaginary axis
+    Note: The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the
+    scene's friction, and again with another, which leaves the threshold where it is.
+    """,
     given={"name": "lambda_thres", "printed": THRESHOLD},
-    where="Theorem 1.1",
-    control=("refuted", {"printed": THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3")}),
-    definition="the spin at which an eigenvalue of the gliding top, linearised numerically about "
-    "the inverted spin, crosses the imaginary axis",
-    quote="lambda_thres=sqrt(m g R^3 alpha I3)(1+alpha)^2/sqrt(1+alpha-gamma)",
+    control="refuted",
+    printed=THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3"),
 )
 @claim(
     "TH-23",
-    statement="The formula for lambda_up gives the spin at which the stability of a spin changes.",
+    """The formula for lambda_up gives the spin at which the stability of a spin changes.
+
+    Theorem 1.1: "lambda_up=sqrt(m g R^3 alpha I3)(1-alpha)^2/sqrt(alpha+gamma-1)"
+    Definition: the spin at which an eigenvalue of the gliding top, linearised numerically about the
+    upright spin, crosses the imaginary axis
+    Note: The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the
+    scene's friction, and again with another, which leaves the threshold where it is.
+    """,
     given={"name": "lambda_up", "printed": UPPER},
-    where="Theorem 1.1",
-    control=("refuted", {"printed": UPPER.replace("(1 - alpha)**2", "(1 - alpha)**3")}),
-    definition="the spin at which an eigenvalue of the gliding top, linearised numerically about "
-    "the upright spin, crosses the imaginary axis",
-    quote="lambda_up=sqrt(m g R^3 alpha I3)(1-alpha)^2/sqrt(alpha+gamma-1)",
+    control="refuted",
+    printed=UPPER.replace("(1 - alpha)**2", "(1 - alpha)**3"),
 )
 def threshold_of_the_toy(name: str, printed: str, run: Run = REFERENCE) -> Grounds:
     """Compare a printed threshold with the spin at which an eigenvalue changes sides."""
@@ -556,57 +492,47 @@ def threshold_of_the_toy(name: str, printed: str, run: Run = REFERENCE) -> Groun
     quantity = known.quantities[name]
     value = evaluate(printed, run.body(known.context), known.context)
     shown = f"{name} = {printed}"
-    return (
-        agrees(shown, value, quantity.independent, THRESHOLD_DIGITS),
-        "The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the "
-        "scene's friction, and again with another, which leaves the threshold where it is.",
-    )
+    return part.agrees(shown, value, quantity.independent, THRESHOLD_DIGITS)
 
 
-@claim(
-    "NT-02",
-    control=None,
-    quote="comes to a standstill due to loss of energy caused by spinning friction",
-)
+@claim("NT-02")
 def slow_spin() -> Grounds:
-    """A slowly spun top wobbles and stops, because of spinning friction."""
+    """A slowly spun top wobbles and stops, because of spinning friction.
+
+    Sec. 1: "comes to a standstill due to loss of energy caused by spinning friction"
+    Note: About the real toy. The paper's model has no spinning friction: lambda is constant, so no
+    motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, {number_1:3}
+    % of the rotational energy is left after 20 s and theta is {theta:2} rad: it does not invert.
+    """
     slow = Run(variant(omega_3="40", until="20"))
     first, last = slow.column("E_rot", slow.whole)
     theta = slow.value("theta", slow.whole.end)
-    return (
-        untestable("wobbles, comes to a standstill"),
-        "About the real toy. The paper's model has no spinning friction: lambda is constant, so no "
-        "motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, "
-        f"{decimal(100 * (last / first), 3)} % of the rotational energy is left after 20 s and "
-        f"theta is {decimal(theta, 2)} rad: it does not invert.",
-    )
+    return part.untestable("wobbles, comes to a standstill"), {
+        "number_1": 100 * (last / first),
+        "theta": theta,
+    }
 
 
-@claim(
-    "NT-04",
-    where="Sec. 1, Figs 2 and 3",
-    control=None,
-    quote="the Python 2.7 open source library SciPy",
-)
+@claim("NT-04")
 def software() -> Grounds:
-    """The simulations were made with SciPy under Python 2.7."""
-    return (
-        untestable("Python 2.7, SciPy"),
-        "Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA "
-        "as then, with default tolerances on eqs (2) to (7) keeps lambda to "
-        f"{decimal(paper_odeint()[1], 1)} of its value, which fits the stated 1e-6 (NUM-03).",
-    )
+    """The simulations were made with SciPy under Python 2.7.
+
+    Sec. 1, Figs 2 and 3: "the Python 2.7 open source library SciPy"
+    Note: Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA
+    as then, with default tolerances on eqs (2) to (7) keeps lambda to {number_1:1} of its value,
+    which fits the stated 1e-6 (NUM-03).
+    """
+    return part.untestable("Python 2.7, SciPy"), {"number_1": paper_odeint()[1]}
 
 
-@claim(
-    "QUAL-01",
-    where="Abstract; Sec. 1; 2.1",
-    control=("refuted", {"run": Run("smoothest")}),
-    definition=f"turning points of theta between 0.2 and pi - 0.2; many: at least {MANY}",
-    quote="theta(t) oscillates (meaning that theta_dot(t) changes sign many times)",
-)
+@claim("QUAL-01", control="refuted", run=Run("smoothest"))
 def oscillation(run: Run = REFERENCE) -> Grounds:
-    """During the inversion theta oscillates: theta_dot changes sign many times."""
+    """During the inversion theta oscillates: theta_dot changes sign many times.
+
+    Abstract; Sec. 1; 2.1: "theta(t) oscillates (meaning that theta_dot(t) changes sign many times)"
+    Definition: turning points of theta between 0.2 and pi - 0.2; many: at least {MANY}
+    Note: The longest time without a turning point is {gap:3} s, from {begin:4} s on.
+    """
     turns = run.turning_points
     near, far = 0.2, math.pi - 0.2
     inside = turns[(turns["theta"] > near) & (turns["theta"] < far)]
@@ -615,44 +541,33 @@ def oscillation(run: Run = REFERENCE) -> Grounds:
     turning = run.proofs.events("theta_min", "theta_max")
     surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
     proved = bool(surely) and all(number == len(inside) for number in surely)
-    return (
-        statement(
-            len(inside) >= MANY,
-            "theta_dot changes sign many times",
-            f"{len(inside)} times during the inversion, {len(turns)} times in all",
-            proved=proved,
-        ),
-        f"The longest time without a turning point is {decimal(gap, 3)} s, from "
-        f"{decimal(begin, 4)} s on.",
-    )
+    shown = f"{len(inside)} times during the inversion, {len(turns)} times in all"
+    return statement(
+        len(inside) >= MANY, "theta_dot changes sign many times", shown, proved=proved
+    ), {"gap": gap, "begin": begin}
 
 
-@claim(
-    "TH-17",
-    control=("refuted", {"printed": 7}),
-    quote="a complicated nonlinear dynamical system for 6 unknowns",
-)
+@claim("TH-17", control="refuted", printed=7)
 def number_of_unknowns(printed: int = 6) -> Grounds:
-    """Eqs (2) to (6) are a system for 6 unknowns."""
+    """Eqs (2) to (6) are a system for 6 unknowns.
+
+    Sec. 1: "a complicated nonlinear dynamical system for 6 unknowns"
+    Note: Five printed equations and theta_dot as the derivative of theta.
+    """
     unknowns = len(EulerState._fields)
     shown = f"{unknowns}: {', '.join(EulerState._fields)}"
-    check = statement(unknowns == printed, f"{printed} unknowns", shown)
-    return check, "Five printed equations and theta_dot as the derivative of theta."
+    return statement(unknowns == printed, f"{printed} unknowns", shown)
 
 
-@claim(
-    "TH-22",
-    where="Sec. 3",
-    control=("reproduced", {"printed": 5}),
-    definition="degrees of freedom: coordinates of the configuration less contact constraints",
-    quote="a nonlinear, nonintegrable dynamical system of 6 degrees of freedom",
-)
+@claim("TH-22", control="reproduced", printed=5)
 def degrees_of_freedom(printed: int = 6) -> Grounds:
-    """The top is a dynamical system of 6 degrees of freedom."""
+    """The top is a dynamical system of 6 degrees of freedom.
+
+    Sec. 3: "a nonlinear, nonintegrable dynamical system of 6 degrees of freedom"
+    Definition: degrees of freedom: coordinates of the configuration less contact constraints
+    Note: Section 3 gives the number of first-order unknowns (TH-17) as the number of degrees of
+    freedom. That the system is not integrable is neither shown nor tested.
+    """
     freedoms = len(CONFIGURATION) - 1
     shown = f"{freedoms}: 3 angles and 3 coordinates less the contact"
-    return (
-        statement(freedoms == printed, f"{printed} degrees of freedom", shown),
-        "Section 3 gives the number of first-order unknowns (TH-17) as the number of degrees of "
-        "freedom. That the system is not integrable is neither shown nor tested.",
-    )
+    return statement(freedoms == printed, f"{printed} degrees of freedom", shown)

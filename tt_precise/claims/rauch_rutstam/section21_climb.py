@@ -11,6 +11,7 @@ import numpy
 import pandas
 from scipy.optimize import least_squares
 
+from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.motions import paper_odeint, state_errors
 from tt_precise.claims.evidence.proved import precession, reversal
@@ -26,20 +27,8 @@ from tt_precise.claims.evidence.run import (
     rows_of,
     variant,
 )
-from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    Grounds,
-    Part,
-    Value,
-    about,
-    at_most_order,
-    decade,
-    decimal,
-    fraction_of,
-    statement,
-    statements,
-    untestable,
-)
+from tt_precise.claims.part import Part, Value, decimal, statement, statements
+from tt_precise.claims.verdicts import Grounds
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.inversion import NEEDED
@@ -47,7 +36,7 @@ from tt_precise.mechanics.euler import EulerState
 from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.scene import Scene
 
-claim = claims_of(RAUCH_RUTSTAM, "2.1")
+claim = claims_of("2.1")
 DEFINITION = (
     "A: zero of sign(phi_dot) times the distance from the pole, interpolated between the nearest "
     "approaches to it. B: L.k = L.z before the climb, L.k = -L.z after it. C: the ends of the "
@@ -72,64 +61,55 @@ SCALES = {
 PERTURBED_UNTIL = "10"
 
 
-@claim(
-    "NUM-04",
-    rule="interpretations",
-    control=("refuted", {"printed": "3.4"}),
-    definition=DEFINITION,
-    quote="the initiation time t_{theta≈0}≈3.2 s",
-)
+@claim("NUM-04", rule="interpretations", control="refuted", printed="3.4")
 def initiation_time(printed: str = START, run: Run = REFERENCE) -> Grounds:
-    """The climb starts at about 3.2 s."""
+    """The climb starts at about 3.2 s.
+
+    Sec. 2.1: "the initiation time t_{theta≈0}≈3.2 s"
+    Definition: {DEFINITION}
+    Note: The three definitions of the initiation time differ by {number_1:2} s; the printed digit
+    resolves a tenth of one.
+    """
     times = _in_all_definitions("t_init", run)
     values = [time.value for time in times.values()]
-    return (
-        {name: about(printed, time, "s") for name, time in times.items()},
-        "The three definitions of the initiation time differ by "
-        f"{decimal(max(values) - min(values), 2)} s; the printed digit resolves a tenth of one.",
-    )
+    return {name: part.about(printed, time, "s") for name, time in times.items()}, {
+        "number_1": max(values) - min(values)
+    }
 
 
-@claim(
-    "NUM-05",
-    rule="interpretations",
-    control=("ambiguous", {"printed": "7.88"}),
-    definition=f"{DEFINITION} Also: {TOP}, where the axis comes nearest to the pole.",
-    quote="the ending time t_{theta≈pi}≈7.87 s",
-)
+@claim("NUM-05", rule="interpretations", control="ambiguous", printed="7.88")
 def ending_time(printed: str = END, run: Run = REFERENCE) -> Grounds:
-    """The climb ends at about 7.87 s."""
+    """The climb ends at about 7.87 s.
+
+    Sec. 2.1: "the ending time t_{theta≈pi}≈7.87 s"
+    Definition: {DEFINITION} Also: {TOP}, where the axis comes nearest to the pole
+    Note: The nearest of these times is off by {off:2} s. Section 2.1 says 7.86 s in two other
+    places (NUM-06, QUAL-24).
+    """
     times = _in_all_definitions("t_end", run)
     highest = run.confirm(
         lambda solution: rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
     )
     times[TOP] = highest.within(_highest(run))
-    off = min(abs(fraction_of(time) - Fraction(printed)) for time in times.values())
-    return (
-        {name: about(printed, time, "s") for name, time in times.items()},
-        f"The nearest of these times is off by {decimal(off, 2)} s. Section 2.1 says 7.86 s in "
-        "two other places (NUM-06, QUAL-24).",
-    )
+    off = min(abs(part.fraction_of(time) - Fraction(printed)) for time in times.values())
+    return {name: part.about(printed, time, "s") for name, time in times.items()}, {"off": off}
 
 
-@claim(
-    "NUM-07",
-    control=None,
-    definition=DEFINITION,
-    quote="A climbing time is the quantity T_inv=t_{theta≈pi}-t_{theta≈0} from the first definite "
-    "change of sign of phi_dot(t) at theta(t)≈0 to the second change of sign",
-)
+@claim("NUM-07")
 def climbing_time(run: Run = REFERENCE) -> Grounds:
-    """The climbing time is T_inv = t_end - t_init."""
+    """The climbing time is T_inv = t_end - t_init.
+
+    Sec. 2.1: "A climbing time is the quantity T_inv=t_{theta≈pi}-t_{theta≈0} from the first
+    definite change of sign of phi_dot(t) at theta(t)≈0 to the second change of sign"
+    Definition: {DEFINITION}
+    Note: A definition: the paper prints no number for T_inv. Its two times, {END} s and {START} s,
+    are NUM-05 and NUM-04.
+    """
     shown = ", ".join(
-        f"{decimal(fraction_of(time), 5)} s ({meaning})"
+        f"{decimal(part.fraction_of(time), 5)} s ({meaning})"
         for meaning, time in _in_all_definitions("duration", run).items()
     )
-    return (
-        untestable("T_inv = t_end - t_init", shown),
-        "A definition: the paper prints no number for T_inv. Its two times, "
-        f"{END} s and {START} s, are NUM-05 and NUM-04.",
-    )
+    return part.untestable("T_inv = t_end - t_init", shown), {"END": END, "START": START}
 
 
 def _in_all_definitions(which: str, run: Run) -> dict[str, Value]:
@@ -147,45 +127,42 @@ def _highest(run: Run) -> Interval | None:
 
 
 @claim(
-    "NUM-06",
-    rule="interpretations",
-    finding="NUM-05",
-    control=("ambiguous", {"printed": ("3.2", "7.83")}),
-    definition=f"both ends in each definition. {DEFINITION}",
-    quote="During the climbing phase of TT between 3.2 and 7.86 seconds",
+    "NUM-06", rule="interpretations", finding="NUM-05", control="ambiguous", printed=("3.2", "7.83")
 )
 def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERENCE) -> Grounds:
-    """The climbing phase lasts from 3.2 to 7.86 s."""
+    """The climbing phase lasts from 3.2 to 7.86 s.
+
+    Sec. 2.1: "During the climbing phase of TT between 3.2 and 7.86 seconds"
+    Definition: both ends in each definition. {DEFINITION}
+    Note: Each printed time counts as right within one unit of its last digit. The same section
+    gives the ending time as 7.87 s and as 7.86 s.
+    """
     parts = {}
     for name, meaning in DEFINITIONS.items():
         ends = [
-            about(text, run.moment(name, which)) for text, which in zip(printed, ENDS, strict=True)
+            part.about(text, run.moment(name, which))
+            for text, which in zip(printed, ENDS, strict=True)
         ]
+        shown = f"{' to '.join(end.measured for end in ends)} s"
+        holds = all(end.holds for end in ends)
         parts[meaning] = statement(
-            all(end.holds for end in ends),
-            f"{' to '.join(printed)} s",
-            f"{' to '.join(end.measured for end in ends)} s",
-            proved=all(end.proved for end in ends),
+            holds, f"{' to '.join(printed)} s", shown, proved=all(end.proved for end in ends)
         )
-    return (
-        parts,
-        "Each printed time counts as right within one unit of its last digit. The same section "
-        "gives the ending time as 7.87 s and as 7.86 s.",
-    )
+    return parts
 
 
-@claim(
-    "NUM-08",
-    rule="interpretations",
-    control=("refuted", {"printed": "60"}),
-    definition="phi_dot where L.k = L.z for the last time before the climb (initiation time B), "
-    "and at the maxima of theta before and after the initiation time A; at the minima of theta "
-    "between them phi_dot is singular",
-    quote="the time required to accelerate the angular velocity phi_dot to about 80 rad/s needed "
-    "for the climbing phase to start",
-)
+@claim("NUM-08", rule="interpretations", control="refuted", printed="60")
 def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Grounds:
-    """The climb starts when phi_dot has been accelerated to about 80 rad/s."""
+    """The climb starts when phi_dot has been accelerated to about 80 rad/s.
+
+    Sec. 2.1: "the time required to accelerate the angular velocity phi_dot to about 80 rad/s needed
+    for the climbing phase to start"
+    Definition: phi_dot where L.k = L.z for the last time before the climb (initiation time B), and
+    at the maxima of theta before and after the initiation time A; at the minima of theta between
+    them phi_dot is singular
+    Note: At the maxima of theta in the climb phi_dot goes from {courses[0]:3} to {number_1:3}
+    rad/s, and rises in {rises} of {number_2} steps.
+    """
     values = {
         "where L.k = L.z": lambda solution: solution.at(climb_of(solution).B.t_init).phi_dot,
         "last maximum of theta before": lambda solution: _precession_at_top(solution, 0),
@@ -193,32 +170,33 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Groun
     }
     pairs = zip(values.items(), precession(run.scene), strict=True)
     parts = {
-        name: about(printed, run.confirm(value).within(interval), "rad/s")
+        name: part.about(printed, run.confirm(value).within(interval), "rad/s")
         for (name, value), interval in pairs
     }
     tops = run.events("theta_max")
     courses = [float(x) for x in tops["phi_dot"][tops["t"].map(run.climb.has)]]
     rises = sum(b > a for a, b in pairwise(courses))
-    return (
-        parts,
-        f"At the maxima of theta in the climb phi_dot goes from {decimal(courses[0], 3)} to "
-        f"{decimal(courses[-1], 3)} rad/s, and rises in {rises} of {len(courses) - 1} steps.",
-    )
+    return parts, {
+        "courses": courses,
+        "number_1": courses[-1],
+        "rises": rises,
+        "number_2": len(courses) - 1,
+    }
 
 
-@claim(
-    "QUAL-03",
-    rule="misprint",
-    control=("reproduced", {"printed": (("-", "+"), ("+", "-"))}),
-    definition="phi_dot at the turning point of theta next to the pole before and after the "
-    f"initiation and the ending time; large: its size is above {LARGE} rad/s",
-    quote="two moments ... of singular behaviour of phi_dot(t) when this angular velocity changes "
-    "sign from large negative values to large positive values",
-)
+@claim("QUAL-03", rule="misprint", control="reproduced", printed=(("-", "+"), ("+", "-")))
 def reversals(
     printed: Sequence[tuple[str, str]] = (("-", "+"), ("-", "+")), run: Run = REFERENCE
 ) -> Grounds:
-    """At two moments phi_dot changes from large negative to large positive values."""
+    """At two moments phi_dot changes from large negative to large positive values.
+
+    Sec. 2.1: "two moments ... of singular behaviour of phi_dot(t) when this angular velocity
+    changes sign from large negative values to large positive values"
+    Definition: phi_dot at the turning point of theta next to the pole before and after the
+    initiation and the ending time; large: its size is above {LARGE} rad/s
+    Note: The heights of these peaks are ill conditioned, their signs are not. For the first moment
+    alone, of which Summary c) speaks, the sentence is right (QUAL-26).
+    """
     jumps = [_reversal(run, "theta_min", 0), _reversal(run, "theta_max", 1)]
     signs = tuple(("-+"[a > 0], "-+"[b > 0]) for a, b in jumps)
     values = [value for pair in jumps for value in pair]
@@ -238,31 +216,35 @@ def reversals(
         text = " at the first moment, ".join(texts) + " at the second"
         return statement(large and wanted == signs, text, shown, proved=proved)
 
-    return (
-        map(read_as, (printed, (("-", "+"), ("+", "-")))),
-        "The heights of these peaks are ill conditioned, their signs are not. For the first moment "
-        "alone, of which Summary c) speaks, the sentence is right (QUAL-26).",
-    )
+    return part.misprint(read_as, printed, (("-", "+"), ("+", "-")))
 
 
 @claim(
     "QUAL-04",
-    statement="theta is locally minimal and close to 0 at t_init.",
+    """theta is locally minimal and close to 0 at t_init.
+
+    Sec. 2.1: "the angle theta(t) takes correspondingly locally minimal value close to 0 at
+    t_{theta≈0}"
+    Definition: the minimum of theta next to t_init, definition A; close: within 0.001 rad; at the
+    same moment: within half a nutation, 0.02 s
+    Note: The distance from the pole is ill conditioned, and so is the height of phi_dot.
+    """,
     given={"extremum": "theta_min", "when": "t_init", "pole": 0.0, "half": 0.02},
-    control=("refuted", {"extremum": "theta_max"}),
-    definition="the minimum of theta next to t_init, definition A; close: within 0.001 rad; at "
-    "the same moment: within half a nutation, 0.02 s",
-    quote="the angle theta(t) takes correspondingly locally minimal value close to 0 at "
-    "t_{theta≈0}",
+    control="refuted",
+    extremum="theta_max",
 )
 @claim(
     "QUAL-33",
-    statement="theta is locally maximal and close to pi at t_end.",
+    """theta is locally maximal and close to pi at t_end.
+
+    Sec. 2.1: "then locally maximal value close to pi at t_{theta≈pi}"
+    Definition: the maximum of theta next to t_end, definition A; close: within 0.001 rad; at the
+    same moment: within half a nutation, 0.04 s
+    Note: The distance from the pole is ill conditioned, and so is the height of phi_dot.
+    """,
     given={"extremum": "theta_max", "when": "t_end", "pole": math.pi, "half": 0.04},
-    control=("refuted", {"extremum": "theta_min"}),
-    definition="the maximum of theta next to t_end, definition A; close: within 0.001 rad; at "
-    "the same moment: within half a nutation, 0.04 s",
-    quote="then locally maximal value close to pi at t_{theta≈pi}",
+    control="refuted",
+    extremum="theta_min",
 )
 def nearest_to_a_pole(
     extremum: str, when: str, pole: float, half: float, run: Run = REFERENCE
@@ -274,24 +256,24 @@ def nearest_to_a_pole(
         ((float(t), float(theta)) for t, theta in zip(events["t"], events["theta"], strict=True)),
         key=lambda pair: abs(pair[0] - moment),
     )
-    check = statement(
+    return statement(
         abs(t - moment) < half and abs(theta - pole) < 0.001,
         f"{extremum.replace('_', ' ')} close to {'pi' if pole else '0'} at {when}",
         f"{decimal(abs(theta - pole), 3)} rad from the pole at {decimal(t, 6)} s",
     )
-    return check, "The distance from the pole is ill conditioned, and so is the height of phi_dot."
 
 
-@claim(
-    "QUAL-05",
-    control=("refuted", {"name": "omega_3"}),
-    definition="half the distance of consecutive extrema of phi_dot (events), the largest within "
-    "0.1 s of the moment against the one a second earlier; orders of magnitude: at least 100 times",
-    quote="sudden increase, by orders of magnitude, of oscillation amplitudes in vicinity of the "
-    "initiation time ... and in vicinity of the ending time",
-)
+@claim("QUAL-05", control="refuted", name="omega_3")
 def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Grounds:
-    """Near both moments the oscillation amplitudes grow suddenly by orders of magnitude."""
+    """Near both moments the oscillation amplitudes grow suddenly by orders of magnitude.
+
+    Sec. 2.1: "sudden increase, by orders of magnitude, of oscillation amplitudes in vicinity of the
+    initiation time ... and in vicinity of the ending time"
+    Definition: half the distance of consecutive extrema of phi_dot (events), the largest within 0.1
+    s of the moment against the one a second earlier; orders of magnitude: at least 100 times
+    Note: The amplitude grows like the reciprocal of the smallest distance of the axis from the
+    pole. The largest value depends on this distance and is ill conditioned.
+    """
     times, values = run.extrema(name)
     swings = abs(values[1:] - values[:-1]) / 2
     parts = {}
@@ -300,23 +282,19 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Grounds
         before = max(swings[abs(times[1:] - moment + 1) < 0.1], default=near)
         shown = f"{decimal(before, 3)} a second before, {decimal(near, 3)} at {when}"
         parts[when] = near > 100 * before, shown
-    return (
-        statements("by orders of magnitude", parts),
-        "The amplitude grows like the reciprocal of the smallest distance of the axis from the "
-        "pole. The largest value depends on this distance and is ill conditioned.",
-    )
+    return statements("by orders of magnitude", parts)
 
 
-@claim(
-    "QUAL-25",
-    control=("partly", {"run": Run("phi-dot-195")}),
-    definition="the middle of the nutation band: at the last turning point before t_init lower "
-    f"than at the first, of at least {MANY}; rising from each to the next from t_init to "
-    "t_end; within 0.05 rad of pi after t_end (definition A)",
-    quote="consisting of three main phases separated by two moments",
-)
+@claim("QUAL-25", control="partly", run=Run("phi-dot-195"))
 def three_phases(run: Run = REFERENCE) -> Grounds:
-    """There are three phases, and theta climbs only after t_init."""
+    """There are three phases, and theta climbs only after t_init.
+
+    Sec. 2.1: "consisting of three main phases separated by two moments"
+    Definition: the middle of the nutation band: at the last turning point before t_init lower than
+    at the first, of at least {MANY}; rising from each to the next from t_init to t_end; within 0.05
+    rad of pi after t_end (definition A)
+    Note: The middle is lowest at {lowest[0]:6} s, where the axis passes the pole.
+    """
     middles, climb = [(turn.t, turn.middle) for turn in run.band], run.climb
     before = [middle for t, middle in middles if t < climb.begin]
     during = [middle for t, middle in middles if climb.has(t)]
@@ -329,24 +307,21 @@ def three_phases(run: Run = REFERENCE) -> Grounds:
         else ""
     )
     rise = f"from {decimal(during[0], 3)} to {decimal(during[-1], 4)} rad without a fall"
-    return (
-        {
-            "synchronisation": statement(
-                len(before) >= MANY and before[-1] < before[0],
-                "theta does not climb before t_init",
-                f"{len(before)} turning points{fall}",
-            ),
-            "climb": statement(
-                rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
-            ),
-            "stabilisation": statement(
-                furthest < 0.05,
-                "theta near pi after t_end",
-                f"at most {decimal(furthest, 2)} rad away" if after else "not seen",
-            ),
-        },
-        f"The middle is lowest at {decimal(lowest[0], 6)} s, where the axis passes the pole.",
-    )
+    return {
+        "synchronisation": statement(
+            len(before) >= MANY and before[-1] < before[0],
+            "theta does not climb before t_init",
+            f"{len(before)} turning points{fall}",
+        ),
+        "climb": statement(
+            rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
+        ),
+        "stabilisation": statement(
+            furthest < 0.05,
+            "theta near pi after t_end",
+            f"at most {decimal(furthest, 2)} rad away" if after else "not seen",
+        ),
+    }, {"lowest": lowest}
 
 
 def _precession_at_top(run: Trajectory, which: int) -> Scalar:
@@ -367,103 +342,93 @@ def _around(events: pandas.DataFrame, moment: Scalar) -> tuple[Scalar, Scalar]:
     return before.iloc[-1], after.iloc[0]
 
 
-@claim(
-    "QUAL-02",
-    control=("partly", {"name": "omega_3"}),
-    definition="least-squares fit of pi/(1 + exp(-k (t - t0))) over the climb (definition A), "
-    f"which shall leave at most 1 % of the variance; the middle of the band rises; {BAND}",
-    quote="It has a general form of a logistic type curve",
-)
+@claim("QUAL-02", control="partly", name="omega_3")
 def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> Grounds:
-    """theta(t) has the form of a logistic curve."""
+    """theta(t) has the form of a logistic curve.
+
+    Sec. 2.1: "It has a general form of a logistic type curve"
+    Definition: least-squares fit of pi/(1 + exp(-k (t - t0))) over the climb (definition A), which
+    shall leave at most 1 % of the variance; the middle of the band rises; {BAND}
+    Note: The curve is not symmetric: theta needs {number_1:3} s to pi/2 and {number_2:3} s from
+    there.
+    """
     span = run.climb
     rate, centre, left = _logistic_fit(name, run, span)
     belts = [belt for belt in run.band if span.has(belt.t)]
     falls = sum(b.middle < a.middle for a, b in pairwise(belts))
     half = run.equator
     shown = f"falls {falls} of {len(belts) - 1} times"
-    return (
-        {
-            "logistic": statement(
-                left <= 0.01,
-                "logistic type curve",
-                f"k = {rate:.2f} 1/s, t0 = {centre:.2f} s leave {100 * left:.2g} % of the variance",
-            ),
-            "middle of the band": statement(falls == 0, "rises", shown),
-        },
-        f"The curve is not symmetric: theta needs {decimal(half - span.begin, 3)} s to pi/2 and "
-        f"{decimal(span.end - half, 3)} s from there.",
-    )
+    return {
+        "logistic": statement(
+            left <= 0.01,
+            "logistic type curve",
+            f"k = {rate:.2f} 1/s, t0 = {centre:.2f} s leave {100 * left:.2g} % of the variance",
+        ),
+        "middle of the band": statement(falls == 0, "rises", shown),
+    }, {"number_1": half - span.begin, "number_2": span.end - half}
 
 
-@claim(
-    "QUAL-42",
-    control=("refuted", {"share": 0.01}),
-    definition="small: during the climb (definition A) the band is narrower than a tenth of its "
-    f"height pi; {BAND}",
-    quote="superposed with small amplitude oscillations",
-)
+@claim("QUAL-42", control="refuted", share=0.01)
 def small_oscillations(share: float = 0.1, run: Run = REFERENCE) -> Grounds:
-    """The oscillations of theta about the logistic curve are small."""
+    """The oscillations of theta about the logistic curve are small.
+
+    Sec. 2.1: "superposed with small amplitude oscillations"
+    Definition: small: during the climb (definition A) the band is narrower than a tenth of its
+    height pi; {BAND}
+    Note: QUAL-08 says where the band is widest.
+    """
     width = max(turn.width for turn in run.band if run.climb.has(turn.t))
     shown = f"the band is at most {decimal(width, 3)} rad wide"
-    check = statement(width < share * math.pi, "small amplitude", shown)
-    return check, "QUAL-08 says where the band is widest."
+    return statement(width < share * math.pi, "small amplitude", shown)
 
 
-@claim(
-    "QUAL-08",
-    rule="interpretations",
-    control=("reproduced", {"widest": 0.78}),
-    definition=BAND + "; as in the text, large theta_dot stands for a wide band",
-    quote="widening of the nutational band when theta(t) is crossing pi/2",
-)
+@claim("QUAL-08", rule="interpretations", control="reproduced", widest=0.78)
 def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> Grounds:
-    """The nutation band widens when theta crosses pi/2."""
+    """The nutation band widens when theta crosses pi/2.
+
+    Sec. 2.1: "widening of the nutational band when theta(t) is crossing pi/2"
+    Definition: {BAND}; as in the text, large theta_dot stands for a wide band
+    Note: The largest theta_dot, {fastest.value:5} rad/s, comes at {number_1:4} s, and theta first
+    passes pi/2 at {run.equator:4} s.
+    """
     belts = run.band
     at = min(belts, key=lambda belt: abs(belt.middle - widest))
     start = min(belts, key=lambda belt: abs(belt.t - run.climb.begin))
     widest_one = max(belts, key=lambda belt: belt.width)
     fastest = run.extreme("theta_dot", largest=True)
     times, speeds = run.extrema("theta_dot")
-    return (
-        {
-            "wider than at t_init": statement(
-                at.width > start.width,
-                "widening",
-                f"{decimal(start.width, 3)} rad at t_init, {decimal(at.width, 3)} rad at "
-                f"theta = {decimal(at.middle, 3)}",
-            ),
-            "widest there": statement(
-                abs(widest_one.middle - widest) < 0.1,
-                f"widest at theta = {decimal(widest, 3)}",
-                f"widest, {decimal(widest_one.width, 3)} rad, at theta = "
-                f"{decimal(widest_one.middle, 3)} ({decimal(widest_one.t, 4)} s)",
-            ),
-        },
-        f"The largest theta_dot, {decimal(fastest.value, 5)} rad/s, comes at "
-        f"{decimal(times[speeds.argmax()], 4)} s, and theta first passes pi/2 at "
-        f"{decimal(run.equator, 4)} s.",
-    )
+    return {
+        "wider than at t_init": statement(
+            at.width > start.width,
+            "widening",
+            f"{decimal(start.width, 3)} rad at t_init, {decimal(at.width, 3)} rad at "
+            f"theta = {decimal(at.middle, 3)}",
+        ),
+        "widest there": statement(
+            abs(widest_one.middle - widest) < 0.1,
+            f"widest at theta = {decimal(widest, 3)}",
+            f"widest, {decimal(widest_one.width, 3)} rad, at theta = "
+            f"{decimal(widest_one.middle, 3)} ({decimal(widest_one.t, 4)} s)",
+        ),
+    }, {"fastest": fastest, "number_1": times[speeds.argmax()]}
 
 
-@claim(
-    "QUAL-34",
-    control=("refuted", {"run": Run(variant(until="5.5"))}),
-    definition=f"{BAND}; narrowing: narrower at the last turning point than where its middle is "
-    "nearest to pi/2",
-    quote="The band is narrowing (and theta_dot(t)->0) when 3(t) is approaching the south pole",
-)
+@claim("QUAL-34", control="refuted", run=Run(variant(until="5.5")))
 def narrowing_band(run: Run = REFERENCE) -> Grounds:
-    """The nutation band narrows on the way to the south pole."""
+    """The nutation band narrows on the way to the south pole.
+
+    Sec. 2.1: "The band is narrowing (and theta_dot(t)->0) when 3(t) is approaching the south pole"
+    Definition: {BAND}; narrowing: narrower at the last turning point than where its middle is
+    nearest to pi/2
+    Note: It is {number_1:2} % as wide at the end.
+    """
     at, last = min(run.band, key=lambda belt: abs(belt.middle - math.pi / 2)), run.band[-1]
-    check = statement(
-        last.width < at.width,
-        "narrowing",
+    shown = (
         f"{decimal(at.width, 3)} rad at theta = {decimal(at.middle, 3)}, "
-        f"{decimal(last.width, 2)} rad at {decimal(last.middle, 4)}",
+        f"{decimal(last.width, 2)} rad at {decimal(last.middle, 4)}"
     )
-    return check, f"It is {decimal(100 * last.width / at.width, 2)} % as wide at the end."
+    check = statement(last.width < at.width, "narrowing", shown)
+    return check, {"number_1": 100 * last.width / at.width}
 
 
 def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]:
@@ -481,16 +446,17 @@ def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]
     return rate, centre, float((fit.fun**2).mean() / values.var())
 
 
-@claim(
-    "QUAL-06",
-    control=("refuted", {"share": "1"}),
-    definition="each start value in turn changed by plus and minus 1 % of its value (theta, "
-    "omega_3) or of its range in section 2.2; singular behaviour: a reversal in definition A at "
-    f"both ends of the climb, with |phi_dot| above {SINGULAR} rad/s within 0.1 s of each",
-    quote="The existence of singular behaviour is not affected by small perturbations of IC",
-)
+@claim("QUAL-06", control="refuted", share="1")
 def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Grounds:
-    """The singular behaviour at both moments survives small changes of the start."""
+    """The singular behaviour at both moments survives small changes of the start.
+
+    Sec. 2.1: "The existence of singular behaviour is not affected by small perturbations of IC"
+    Definition: each start value in turn changed by plus and minus 1 % of its value (theta, omega_3)
+    or of its range in section 2.2; singular behaviour: a reversal in definition A at both ends of
+    the climb, with |phi_dot| above {SINGULAR} rad/s within 0.1 s of each
+    Note: The peaks go up to {highest:3} rad/s. t_init is {spread}, farthest from the reference's
+    where {farthest}(0) is changed.
+    """
     starts = list(_perturbed(Fraction(share), run))
     begins, singular = [], []
     for name, scene in starts:
@@ -503,29 +469,25 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Grounds:
     spread = f"{decimal(min(begins)[0], 3)} to {decimal(max(begins)[0], 3)} s" if begins else "none"
     own = run.climb.begin
     farthest = max(begins, key=lambda pair: abs(pair[0] - own))[1] if begins else "nothing"
-    return (
-        statement(
-            len(singular) == len(starts),
-            "not affected",
-            f"{len(singular)} of {len(starts)} perturbed starts show both reversals, "
-            f"with |phi_dot| of at least {decimal(least, 3)} rad/s",
-        ),
-        f"The peaks go up to {decimal(highest, 3)} rad/s. t_init is {spread}, farthest from the "
-        f"reference's where {farthest}(0) is changed.",
-    )
+    return statement(
+        len(singular) == len(starts),
+        "not affected",
+        f"{len(singular)} of {len(starts)} perturbed starts show both reversals, "
+        f"with |phi_dot| of at least {decimal(least, 3)} rad/s",
+    ), {"highest": highest, "spread": spread, "farthest": farthest}
 
 
-@claim(
-    "QUAL-07",
-    control=("refuted", {"before": "1"}),
-    definition="starts at the states of the reference solution (double-double) at t_init in "
-    "definitions A, B and C; immediately: no initiation time but 0 in definition A, and the middle "
-    f"of the nutation band rises over the first {EARLY} turning points",
-    quote="When values of dynamical variables attained close to the first time of singularity are "
-    "taken as initial conditions ... the solution theta(t) climbs immediately",
-)
+@claim("QUAL-07", control="refuted", before="1")
 def restart(before: str = "0", run: Run = REFERENCE) -> Grounds:
-    """Started from its state at t_init the top climbs at once."""
+    """Started from its state at t_init the top climbs at once.
+
+    Sec. 2.1: "When values of dynamical variables attained close to the first time of singularity
+    are taken as initial conditions ... the solution theta(t) climbs immediately"
+    Definition: starts at the states of the reference solution (double-double) at t_init in
+    definitions A, B and C; immediately: no initiation time but 0 in definition A, and the middle of
+    the nutation band rises over the first {EARLY} turning points
+    Note: The reference start itself needs {run.equator:5} s to pass pi/2.
+    """
     parts = {}
     for name, meaning in DEFINITIONS.items():
         again = Run(_restarted(run, name, Fraction(before)))
@@ -535,10 +497,7 @@ def restart(before: str = "0", run: Run = REFERENCE) -> Grounds:
             f"t_init = {'none' if t_init is None else decimal(t_init, 4)} s, theta passes "
             f"pi/2 after {decimal(again.equator, 5)} s",
         )
-    return (
-        statements("climbs immediately", parts),
-        f"The reference start itself needs {decimal(run.equator, 5)} s to pass pi/2.",
-    )
+    return statements("climbs immediately", parts)
 
 
 def _perturbed(share: Fraction, run: Run) -> Iterator[tuple[str, Scene]]:
@@ -572,21 +531,19 @@ def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
     return variant(run.scene, **values, until="6")
 
 
-@claim(
-    "NUM-03",
-    control=("refuted", {"printed": "1e-9"}),
-    definition="largest |lambda(t)/lambda(0) - 1| over 0..8 s, output every 0.01 s, with SciPy's "
-    "odeint, default tolerances, on eqs (2) to (7) in SI: the paper's method as far as it says",
-    quote="Jellett's integral ... is constant with precision of order 10^-6 lambda",
-)
+@claim("NUM-03", control="refuted", printed="1e-9")
 def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Grounds:
-    """The paper's computation keeps Jellett's integral to about 1e-6 of its value."""
+    """The paper's computation keeps Jellett's integral to about 1e-6 of its value.
+
+    Sec. 2.1: "Jellett's integral ... is constant with precision of order 10^-6 lambda"
+    Definition: largest |lambda(t)/lambda(0) - 1| over 0..8 s, output every 0.01 s, with SciPy's
+    odeint, default tolerances, on eqs (2) to (7) in SI: the paper's method as far as it says
+    Note: 1e-6 in lambda does not bound the error of the state: in odeint's run theta was off by up
+    to {off[theta]:1} rad, theta_dot by {off[theta_dot]:1} rad/s, omega_3 by {off[omega_3]:1} rad/s,
+    and phi_dot at one output time by more than {number_1:1} rad/s.
+    """
     off = state_errors(run.scene)
-    return (
-        # One digit of odeint's drift is the same on every machine.
-        at_most_order(printed, Value(paper_odeint(run.scene)[1], 1)),
-        "1e-6 in lambda does not bound the error of the state: in odeint's run theta was off by up "
-        f"to {decimal(off['theta'], 1)} rad, theta_dot by {decimal(off['theta_dot'], 1)} "
-        f"rad/s, omega_3 by {decimal(off['omega_3'], 1)} rad/s, and phi_dot at one output time "
-        f"by more than {decimal(Fraction(10) ** decade(Fraction(off['phi_dot'])), 1)} rad/s.",
-    )
+    return part.at_most_order(printed, Value(paper_odeint(run.scene)[1], 1)), {
+        "off": off,
+        "number_1": Fraction(10) ** part.decade(Fraction(off["phi_dot"])),
+    }

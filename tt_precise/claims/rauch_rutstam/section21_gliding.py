@@ -6,27 +6,16 @@ import math
 
 from msgspec.structs import replace
 
+from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import parse
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
-from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.part import Part, Value, decimal, statement, statements
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
-from tt_precise.claims.verdicts import (
-    Grounds,
-    Part,
-    Value,
-    about,
-    approximate,
-    decimal,
-    formula,
-    rounds_to,
-    statement,
-    statements,
-    untestable,
-)
+from tt_precise.claims.verdicts import Grounds
 from tt_precise.scene.scene import load_scene
 
-claim = claims_of(RAUCH_RUTSTAM, "2.1")
+claim = claims_of("2.1")
 LAST_FALLING = "name == 'nu_crossing' and direction < 0"
 LATER = "10"  # Horizon in s, with enough nutations after the climb.
 ORDERS = (
@@ -42,98 +31,98 @@ OSCILLATION = (
 PERIOD = "a nutation period is the time from one maximum of theta to the next"
 
 
-@claim(
-    "TH-19",
-    rule="misprint",
-    finding="EQ-26",
-    control=("reproduced", {"printed": CORRECT_CONDITION}),
-    quote="They satisfy the rationality condition m R^2/I3=(1-alpha)/(gamma+alpha^2-1)",
-)
+@claim("TH-19", rule="misprint", finding="EQ-26", control="reproduced", printed=CORRECT_CONDITION)
 def toy_satisfies_the_condition(printed: str = CONDITION, run: Run = REFERENCE) -> Grounds:
-    """The toy satisfies the printed rationality condition."""
+    """The toy satisfies the printed rationality condition.
+
+    Sec. 2.1: "They satisfy the rationality condition m R^2/I3=(1-alpha)/(gamma+alpha^2-1)"
+    Note: Computed with exact fractions.
+    """
     body = run.loaded.body
 
     def satisfied(text: str) -> Part:
         value = parse(text, {"gamma": body.gamma, "alpha": body.alpha})
         both = f"left {decimal(body.sigma, 6)}, right {decimal(value, 6)}"
-        return formula(body.sigma == value, f"m*R**2/I3 = {text}", both, proved=True)
+        return part.formula(body.sigma == value, f"m*R**2/I3 = {text}", both, proved=True)
 
-    return map(satisfied, (printed, CORRECT_CONDITION)), "Computed with exact fractions."
+    return part.misprint(satisfied, printed, CORRECT_CONDITION)
 
 
-@claim(
-    "TH-25",
-    where="Sec. 1",
-    control=("refuted", {"run": Run(variant(I1="2/5"))}),
-    definition="the toy of section 2.1",
-    quote="1-alpha^2<gamma<1 ... conditions that may be realized by parameters of a real toy TT",
-)
+@claim("TH-25", control="refuted", run=Run(variant(I1="2/5")))
 def toy_lies_between(run: Run = REFERENCE) -> Grounds:
-    """The toy has 1 - alpha^2 < gamma < 1."""
+    """The toy has 1 - alpha^2 < gamma < 1.
+
+    Sec. 1: "1-alpha^2<gamma<1 ... conditions that may be realized by parameters of a real toy TT"
+    Definition: the toy of section 2.1
+    Note: Computed with exact fractions. The condition on sigma is TH-19.
+    """
     body = run.loaded.body
     lower, gamma = 1 - body.alpha**2, body.gamma
-    check = statement(
+    return statement(
         lower < gamma < 1, "1-alpha^2 < gamma < 1", f"{lower}, {gamma}, 1", proved=True
     )
-    return check, "Computed with exact fractions. The condition on sigma is TH-19."
 
 
-@claim(
-    "NUM-01",
-    control=("refuted", {"run": Run(variant(omega_3="300"))}),
-    quote="initial conditions (IC) with lambda≈2lambda_thres",
-)
+@claim("NUM-01", control="refuted", run=Run(variant(omega_3="300")))
 def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Grounds:
-    """lambda of the reference start is about twice the threshold."""
+    """lambda of the reference start is about twice the threshold.
+
+    Sec. 2.1: "initial conditions (IC) with lambda≈2lambda_thres"
+    Note: lambda = {known[lambda].value:12} kg m^3/s and lambda_thres =
+    {known[lambda_thres].value:12} kg m^3/s.
+    """
     known = run.thresholds.quantities
     ratio = known["lambda"].value / known["lambda_thres"].value
     check = known["lambda"].independent / known["lambda_thres"].independent
-    return (
-        about(printed, Value.of(ratio, check), "lambda_thres"),
-        f"lambda = {decimal(known['lambda'].value, 12)} kg m^3/s and lambda_thres = "
-        f"{decimal(known['lambda_thres'].value, 12)} kg m^3/s.",
-    )
+    return part.about(printed, Value.of(ratio, check), "lambda_thres"), {"known": known}
 
 
-@claim(
-    "NT-01",
-    control=None,
-    quote="realistic values of the physical parameters for a typical toy TT ... close to the "
-    "parameter values used in simulations by other authors",
-)
+@claim("NT-01")
 def realistic_values() -> Grounds:
-    """The parameters are those of a typical toy, close to other authors' values."""
+    """The parameters are those of a typical toy, close to other authors' values.
+
+    Sec. 2.1: "realistic values of the physical parameters for a typical toy TT ... close to the
+    parameter values used in simulations by other authors"
+    Note: The paper does not have the values of the cited authors, and "close" has no measure. The
+    body is possible: I1 = {number_1:4}, I3 = {number_2:4} m R^2 with I3 < 2 I1, m = {number_3:2} g,
+    R = {number_4:2} cm. mu = 0.3 lacks its unit, s/m.
+    """
     body = load_scene("reference").body
     inertia = body.m * body.R**2
-    return (
-        untestable("realistic, close to [Coh, Ued]"),
-        'The paper does not have the values of the cited authors, and "close" has no measure. The '
-        f"body is possible: I1 = {decimal(body.I1 / inertia, 4)}, I3 = "
-        f"{decimal(body.I3 / inertia, 4)} m R^2 with I3 < 2 I1, "
-        f"m = {decimal(1000 * body.m, 2)} g, R = {decimal(100 * body.R, 2)} cm. mu = 0.3 lacks "
-        "its unit, s/m.",
-    )
+    return part.untestable("realistic, close to [Coh, Ued]"), {
+        "number_1": body.I1 / inertia,
+        "number_2": body.I3 / inertia,
+        "number_3": 1000 * body.m,
+        "number_4": 100 * body.R,
+    }
 
 
 @claim(
     "NUM-36",
-    statement="At the initiation time nu_y increases by one to two orders of magnitude.",
-    given={"orders": (1, 2)},
+    """At the initiation time nu_y increases by one to two orders of magnitude.
+
+    Summary d): "increases by 1-2 orders of magnitude"
+    Definition: {ORDERS}; 1-2 orders: 1 to 2
+    Note: Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36).
+    """,
     rule="interpretations",
-    where="Summary d)",
-    control=("refuted", {"orders": (3.5, 4.5)}),
-    definition=f"{ORDERS}; 1-2 orders: 1 to 2",
-    quote="increases by 1-2 orders of magnitude",
+    given={"orders": (1, 2)},
+    control="refuted",
+    orders=(3.5, 4.5),
 )
 @claim(
     "NUM-37",
-    statement="In the climb nu_y is about two orders of magnitude larger than before.",
-    given={"orders": (1.5, 2.5)},
+    """In the climb nu_y is about two orders of magnitude larger than before.
+
+    Sec. 2.1: "its values increase by about two orders of magnitude in comparison with values during
+    the synchronatisation phase"
+    Definition: {ORDERS}; about two: 1.5 to 2.5
+    Note: Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36).
+    """,
     rule="interpretations",
-    control=("reproduced", {"orders": (0.5, 3)}),
-    definition=f"{ORDERS}; about two: 1.5 to 2.5",
-    quote="its values increase by about two orders of magnitude in comparison with values during "
-    "the synchronatisation phase",
+    given={"orders": (1.5, 2.5)},
+    control="reproduced",
+    orders=(0.5, 3),
 )
 def growth_of_nu_y(orders: tuple[float, float], run: Run = REFERENCE) -> Grounds:
     """Compare nu_y in the climb with nu_y before it, in orders of magnitude."""
@@ -152,63 +141,58 @@ def growth_of_nu_y(orders: tuple[float, float], run: Run = REFERENCE) -> Grounds
         size = math.log10(ratio)
         shown = f"factor {decimal(ratio, 4)}, {size:.2f} orders"
         parts[name] = statement(low <= size <= high, f"{low} to {high} orders", shown)
-    return parts, "Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36)."
+    return parts
 
 
-@claim(
-    "QUAL-19",
-    control=("refuted", {"sign": -1}),
-    definition=INITIALLY,
-    quote="initially nu_x (blue) is positive",
-)
+@claim("QUAL-19", control="refuted", sign=-1)
 def positive_at_first(sign: int = 1, run: Run = REFERENCE) -> Grounds:
-    """At first nu_x is positive."""
+    """At first nu_x is positive.
+
+    Sec. 2.1: "initially nu_x (blue) is positive"
+    Definition: {INITIALLY}
+    Note: Its mean until then is {number_1:3} m/s.
+    """
     span = _initially(run)
     least = sign * run.value("nu_x", span.middle)
     check = statement(least > 0, "positive", f"until {decimal(span.end, 5)} s")
-    return check, f"Its mean until then is {decimal(run.mean('nu_x', span), 3)} m/s."
+    return check, {"number_1": run.mean("nu_x", span)}
 
 
-@claim(
-    "QUAL-37",
-    control=("refuted", {"larger": "nu_y", "smaller": "nu_x"}),
-    definition=f"{INITIALLY}; larger: no crossing of the two before",
-    quote="and has larger value than nu_y (green)",
-)
+@claim("QUAL-37", control="refuted", larger="nu_y", smaller="nu_x")
 def larger_at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFERENCE) -> Grounds:
-    """At first nu_x is larger than nu_y."""
+    """At first nu_x is larger than nu_y.
+
+    Sec. 2.1: "and has larger value than nu_y (green)"
+    Definition: {INITIALLY}; larger: no crossing of the two before
+    Note: nu_x first vanishes at {span.end:5} s.
+    """
     span = _initially(run)
     crossing = float(run.events("nu_crossing")["t"].iloc[0])
     middle = run.columns((larger, smaller), [span.middle])
     above = bool(middle[larger][0] > middle[smaller][0])
-    check = statement(
-        above and crossing > span.end,
-        f"{larger} > {smaller}",
-        f"no crossing until {decimal(crossing, 5)} s",
-    )
-    return check, f"nu_x first vanishes at {decimal(span.end, 5)} s."
+    shown = f"no crossing until {decimal(crossing, 5)} s"
+    return statement(above and crossing > span.end, f"{larger} > {smaller}", shown), {"span": span}
 
 
-@claim(
-    "QUAL-38",
-    control=("refuted", {"name": "nu_x"}),
-    definition=f"{INITIALLY}; close to 0: the mean of nu_y is below a fifth of that of nu_x, and "
-    "nu_y changes sign",
-    quote="nu_y (green) that oscillates close to 0",
-)
+@claim("QUAL-38", control="refuted", name="nu_x")
 def close_to_zero_at_first(name: str = "nu_y", run: Run = REFERENCE) -> Grounds:
-    """At first nu_y oscillates close to zero."""
+    """At first nu_y oscillates close to zero.
+
+    Sec. 2.1: "nu_y (green) that oscillates close to 0"
+    Definition: {INITIALLY}; close to 0: the mean of nu_y is below a fifth of that of nu_x, and nu_y
+    changes sign
+    Note: The oscillation of {name} grows before the climb, to {size:2} m/s.
+    """
     span = _initially(run)
     mean, other = run.mean(name, span), run.mean("nu_x", span)
     changes = len(run.zeros(name, span))
     size = _largest_size(name, run, run.synchronisation)
-    check = statement(
-        changes > 1 and abs(mean) < other / 5,
-        "oscillates close to 0",
+    shown = (
         f"mean {decimal(mean, 3)} against {decimal(other, 3)} m/s until "
-        f"{decimal(span.end, 5)} s, {changes} changes of sign",
+        f"{decimal(span.end, 5)} s, {changes} changes of sign"
     )
-    return check, f"The oscillation of {name} grows before the climb, to {decimal(size, 2)} m/s."
+    check = statement(changes > 1 and abs(mean) < other / 5, "oscillates close to 0", shown)
+    return check, {"size": size}
 
 
 def _initially(run: Run) -> Span:
@@ -216,60 +200,54 @@ def _initially(run: Run) -> Span:
     return Span(0.0, float(run.events("nu_x_zero")["t"].iloc[0]))
 
 
-@claim(
-    "QUAL-20",
-    rule="interpretations",
-    where="Sec. 2.1; Summary d)",
-    control=("refuted", {"printed": "3.5"}),
-    definition="events nu_y = nu_x at which nu_y - nu_x rises, before mid-climb",
-    quote="the graph of nu_y(t) crosses the graph of nu_x(t) at t_{theta≈0}≈3.2s",
-)
+@claim("QUAL-20", rule="interpretations", control="refuted", printed="3.5")
 def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Grounds:
-    """nu_y crosses nu_x from below at the initiation time."""
+    """nu_y crosses nu_x from below at the initiation time.
+
+    Sec. 2.1; Summary d): "the graph of nu_y(t) crosses the graph of nu_x(t) at t_{theta≈0}≈3.2s"
+    Definition: events nu_y = nu_x at which nu_y - nu_x rises, before mid-climb
+    Note: nu_y crosses nu_x {number_1} times, both ways, between {every[0]:5} and {number_2:5} s;
+    from the last one on nu_y stays above until {number_3:5} s.
+    """
     crossings = _crossings(run, rising=True, early=True)
     nearest = min(crossings, key=lambda t: abs(t - run.climb.begin))
     every = _crossings(run, early=True)
-    return (
-        {
-            "the crossing nearest to t_init": about(printed, nearest, "s"),
-            "the last crossing": about(printed, crossings[-1], "s"),
-            "the first crossing": about(printed, crossings[0], "s"),
-        },
-        f"nu_y crosses nu_x {len(every)} times, both ways, between {decimal(every[0], 5)} "
-        f"and {decimal(every[-1], 5)} s; from the last one on nu_y stays above until "
-        f"{decimal(_crossings(run, early=False)[0], 5)} s.",
-    )
+    return {
+        "the crossing nearest to t_init": part.about(printed, nearest, "s"),
+        "the last crossing": part.about(printed, crossings[-1], "s"),
+        "the first crossing": part.about(printed, crossings[0], "s"),
+    }, {
+        "number_1": len(every),
+        "every": every,
+        "number_2": every[-1],
+        "number_3": _crossings(run, early=False)[0],
+    }
 
 
-@claim(
-    "QUAL-21",
-    control=("refuted", {"higher": "nu_x", "lower": "nu_y"}),
-    definition=f"{PERIOD}; the least values of nu_x and nu_y in each period of the climb",
-    quote="from this moment the minimal of nu_y(t) are consistently higher than the minima of "
-    "nu_x(t)",
-)
+@claim("QUAL-21", control="refuted", higher="nu_x", lower="nu_y")
 def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = REFERENCE) -> Grounds:
-    """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima)."""
+    """During the climb the minima of nu_y lie above those of nu_x ("minimal": minima).
+
+    Sec. 2.1: "from this moment the minimal of nu_y(t) are consistently higher than the minima of
+    nu_x(t)"
+    Definition: {PERIOD}; the least values of nu_x and nu_y in each period of the climb
+    Note: The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".
+    """
     spans = run.nutations(run.climb)
     above = _count_above(higher, lower, spans, run)
-    check = statement(
-        0 < above == len(spans),
-        f"minima of {higher} above those of {lower}",
-        f"in {above} of {len(spans)} nutations of the climb",
-    )
-    parts = {"in every nutation": check}
-    return parts, 'The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".'
+    shown = f"in {above} of {len(spans)} nutations of the climb"
+    check = statement(0 < above == len(spans), f"minima of {higher} above those of {lower}", shown)
+    return {"in every nutation": check}
 
 
-@claim(
-    "QUAL-22",
-    rule="interpretations",
-    control=("refuted", {"name": "nu_x"}),
-    definition=f"climb: initiation to ending time, definition A; {PERIOD}",
-    quote="During the climbing phase the oscillatory function nu_y(t) is positive",
-)
+@claim("QUAL-22", rule="interpretations", control="refuted", name="nu_x")
 def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Grounds:
-    """nu_y is positive during the climb."""
+    """nu_y is positive during the climb.
+
+    Sec. 2.1: "During the climbing phase the oscillatory function nu_y(t) is positive"
+    Definition: climb: initiation to ending time, definition A; {PERIOD}
+    Note: Positive at every instant only between {first:5} and {last:5} s.
+    """
     climb = run.climb
     below = run.share_below_zero(name, climb)
     zeros = run.zeros(name, climb)
@@ -284,86 +262,76 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Grounds:
         ),
         "averaged over each nutation": (average > 0, f"least average {decimal(average, 3)} m/s"),
     }
-    return (
-        statements("positive", parts),
-        "Positive at every instant only between "
-        f"{decimal(max(early), 5)} and {decimal(min(late), 5)} s."
-        if late
-        else "It changes sign throughout.",
-    )
+    numbers = {
+        "first": max(early, default=climb.begin),
+        "last": min(late, default=climb.end),
+    }
+    return statements("positive", parts), numbers
 
 
-@claim(
-    "QUAL-23",
-    control=("refuted", {"phases": ("climb", "synchronisation")}),
-    definition=OSCILLATION,
-    quote="Oscillations of nu_x(t) also increase",
-)
+@claim("QUAL-23", control="refuted", phases=("climb", "synchronisation"))
 def oscillations_of_nu_x(
     phases: tuple[str, str] = ("synchronisation", "climb"), run: Run = REFERENCE
 ) -> Grounds:
-    """In the climb the oscillations of nu_x grow."""
+    """In the climb the oscillations of nu_x grow.
+
+    Sec. 2.1: "Oscillations of nu_x(t) also increase"
+    Definition: {OSCILLATION}
+    Note: From the phase of {phases[0]} to that of {phases[1]}.
+    """
     first, then = (run.largest_swing("nu_x", getattr(run, phase)) for phase in phases)
     shown = f"from {decimal(first, 3)} to {decimal(then, 3)} m/s"
-    check = statement(then > first, "increase", shown)
-    return check, f"From the phase of {phases[0]} to that of {phases[1]}."
+    return statement(then > first, "increase", shown)
 
 
-@claim(
-    "QUAL-39",
-    control=("refuted", {"name": "nu_y"}),
-    definition=f"{OSCILLATION}; slightly: the mean over the climb is below a fifth of the largest "
-    "oscillation",
-    quote="the mean value of nu_x becomes slightly negative",
-)
+@claim("QUAL-39", control="refuted", name="nu_y")
 def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Grounds:
-    """In the climb the mean of nu_x is slightly negative."""
+    """In the climb the mean of nu_x is slightly negative.
+
+    Sec. 2.1: "the mean value of nu_x becomes slightly negative"
+    Definition: {OSCILLATION}; slightly: the mean over the climb is below a fifth of the largest
+    oscillation
+    Note: Before the climb the mean is {before:3} m/s.
+    """
     average, swing = run.mean(name, run.climb), run.largest_swing(name, run.climb)
     before = run.mean(name, run.synchronisation)
     check = statement(-swing / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s")
-    return check, f"Before the climb the mean is {decimal(before, 3)} m/s."
+    return check, {"before": before}
 
 
-@claim(
-    "QUAL-24",
-    finding="NUM-05",
-    control=("rounded", {"printed": "7.84"}),
-    definition="the last event nu_y = nu_x at which nu_y - nu_x falls",
-    quote="When the climbing is finished at t_{theta≈pi}≈7.86s the graph of nu_y again crosses the "
-    "graph of nu_x from above",
-)
+@claim("QUAL-24", finding="NUM-05", control="rounded", printed="7.84")
 def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Grounds:
-    """At 7.86 s, at the end of the climb, nu_y crosses nu_x from above."""
+    """At 7.86 s, at the end of the climb, nu_y crosses nu_x from above.
+
+    Sec. 2.1: "When the climbing is finished at t_{theta≈pi}≈7.86s the graph of nu_y again crosses
+    the graph of nu_x from above"
+    Definition: the last event nu_y = nu_x at which nu_y - nu_x falls
+    Note: nu_y crosses nu_x from above at {shown} s; the last crossing is final. Only the time is
+    wrong, like that of NUM-05.
+    """
     falling = _crossings(run, rising=False, early=False)
     last = run.confirm(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
     shown = ", ".join(decimal(t, 5) for t in falling)
-    return (
-        about(printed, last, "s"),
-        f"nu_y crosses nu_x from above at {shown} s; the last crossing is final. Only the time is "
-        "wrong, like that of NUM-05.",
-    )
+    return part.about(printed, last, "s"), {"shown": shown}
 
 
-@claim(
-    "QUAL-30",
-    control=("refuted", {"higher": "nu_y", "lower": "nu_x"}),
-    definition=f"least values in each nutation from the last crossing to {LATER} s; {PERIOD}",
-    quote="minima of nu_y(t) become consistently lower than minima of nu_x(t)",
-)
+@claim("QUAL-30", control="refuted", higher="nu_y", lower="nu_x")
 def minima_after_the_climb(
     higher: str = "nu_x", lower: str = "nu_y", run: Run = REFERENCE
 ) -> Grounds:
-    """After the climb the minima of nu_y lie below those of nu_x."""
+    """After the climb the minima of nu_y lie below those of nu_x.
+
+    Sec. 2.1: "minima of nu_y(t) become consistently lower than minima of nu_x(t)"
+    Definition: least values in each nutation from the last crossing to {LATER} s; {PERIOD}
+    Note: From {last:5} s on.
+    """
     last = _crossings(run, rising=False, early=False)[-1]
     longer = Run(variant(run.scene, until=LATER))
     spans = longer.nutations(Span(last, float(LATER)))
     above = _count_above(higher, lower, spans, longer)
-    check = statement(
-        0 < above == len(spans),
-        f"minima of {lower} below those of {higher}",
-        f"in {above} of {len(spans)} nutations",
-    )
-    return check, f"From {decimal(last, 5)} s on."
+    shown = f"in {above} of {len(spans)} nutations"
+    check = statement(0 < above == len(spans), f"minima of {lower} below those of {higher}", shown)
+    return check, {"last": last}
 
 
 def _crossings(run: Run, *, early: bool, rising: bool | None = None) -> list[float]:
@@ -384,15 +352,14 @@ def _largest_size(name: str, run: Run, span: Span) -> float:
     return float(abs(run.extrema(name, span)[1]).max())
 
 
-@claim(
-    "NUM-02",
-    rule="misprint",
-    control=("rounded", {"behind": "lambda_thres"}),
-    definition="the ratio of lambda of the reference start and the quantity after the 2",
-    quote="inverting solutions with lambda≈2lambda",
-)
+@claim("NUM-02", rule="misprint", control="rounded", behind="lambda_thres")
 def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Grounds:
-    """The universal behaviour belongs to solutions whose lambda is about twice something."""
+    """The universal behaviour belongs to solutions whose lambda is about twice something.
+
+    Sec. 2.1: "inverting solutions with lambda≈2lambda"
+    Definition: the ratio of lambda of the reference start and the quantity after the 2
+    Note: No lambda is twice itself.
+    """
     known = run.thresholds.quantities
     ours = known["lambda"]
     factors = {
@@ -400,79 +367,68 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Grou
         for name, threshold in known.items()
         if name in ("lambda", "lambda_thres")
     }
-    parts = [
-        replace(rounds_to("2", factors[name]), printed=f"lambda about 2 {name}")
-        for name in (behind, "lambda_thres")
-    ]
-    return parts, "No lambda is twice itself."
+
+    def compare(name: str) -> Part:
+        return replace(part.rounds_to("2", factors[name]), printed=f"lambda about 2 {name}")
+
+    return part.misprint(compare, behind, "lambda_thres")
 
 
-@claim(
-    "NUM-14",
-    where="Fig. 3, caption",
-    control=("refuted", {"printed": "0.3"}),
-    definition="m g of the toy top, N",
-    quote="oscillates about mg=0.2",
-)
+@claim("NUM-14", control="refuted", printed="0.3")
 def weight(printed: str = "0.2", run: Run = REFERENCE) -> Grounds:
-    """The weight of the toy top is 0.2 (N)."""
-    check = rounds_to(printed, run.weight, "N")
-    return check, "m g = 0.02 kg times 9.82 m/s^2; the caption omits the unit."
+    """The weight of the toy top is 0.2 (N).
+
+    Fig. 3, caption: "oscillates about mg=0.2"
+    Definition: m g of the toy top, N
+    Note: m g = 0.02 kg times 9.82 m/s^2; the caption omits the unit.
+    """
+    return part.rounds_to(printed, run.weight, "N")
 
 
-@claim(
-    "NUM-35",
-    quote="initially started with strong spin (here psi_dot(0)=155 rad/s)",
-    control=("refuted", {"printed": "154"}),
-    definition="psi_dot = omega_3 - phi_dot cos(theta)",
-)
+@claim("NUM-35", control="refuted", printed="154")
 def spin_at_the_start(printed: str = "155", run: Run = REFERENCE) -> Grounds:
-    """The spin about the axis is 155 rad/s at the start."""
-    check = rounds_to(printed, run.at("psi_dot", "0"), "rad/s")
-    return check, "It equals omega_3(0), because phi_dot(0) = 0."
+    """The spin about the axis is 155 rad/s at the start.
+
+    Sec. 2.1: "initially started with strong spin (here psi_dot(0)=155 rad/s)"
+    Definition: psi_dot = omega_3 - phi_dot cos(theta)
+    Note: It equals omega_3(0), because phi_dot(0) = 0.
+    """
+    return part.rounds_to(printed, run.at("psi_dot", "0"), "rad/s")
 
 
-@claim(
-    "SUM-01",
-    where="Sec. 2.1, 2.2, Sec. 3",
-    control=None,
-    quote="sychronisation, monotononous, They asks",
-)
+@claim("SUM-01")
 def spelling() -> Grounds:
-    """Wording and spelling of the text."""
-    return (
-        untestable("as quoted"),
-        "Nothing to compute. To correct: sychronisation, synchronatisation (synchronisation), "
-        "monotononous, monotonously (monotonically), transfered (transferred), 'the minimal of "
-        "nu_y' (minima), 'lambda approx 2 lambda' (2 lambda_thres), 'features that does not', 'its "
-        "derivative satisfy', 'related to of', 'They asks', 'plot b show'.",
-    )
+    """Wording and spelling of the text.
+
+    Sec. 2.1, 2.2, Sec. 3: "sychronisation, monotononous, They asks"
+    Note: Nothing to compute. To correct: sychronisation, synchronatisation (synchronisation),
+    monotononous, monotonously (monotonically), transfered (transferred), 'the minimal of nu_y'
+    (minima), 'lambda approx 2 lambda' (2 lambda_thres), 'features that does not', 'its derivative
+    satisfy', 'related to of', 'They asks', 'plot b show'.
+    """
+    return part.untestable("as quoted")
 
 
-@claim(
-    "SUM-02",
-    control=("refuted", {"run": Run(variant(theta="1.2"))}),
-    definition="for |phi_dot(0)| up to 200 rad/s, the range of section 2.2, relative to omega_3(0)",
-    quote="initially omega_3(0)≈phi_dot(0)+psi_dot(0)",
-)
+@claim("SUM-02", control="refuted", run=Run(variant(theta="1.2")))
 def spin_as_a_sum(run: Run = REFERENCE, phi_dot: str = "200") -> Grounds:
-    """At the start omega_3 is about phi_dot + psi_dot."""
+    """At the start omega_3 is about phi_dot + psi_dot.
+
+    Sec. 2.1: "initially omega_3(0)≈phi_dot(0)+psi_dot(0)"
+    Definition: for |phi_dot(0)| up to 200 rad/s, the range of section 2.2, relative to omega_3(0)
+    Note: omega_3 = psi_dot + phi_dot cos theta; at the reference start phi_dot(0) = 0 and both are
+    equal.
+    """
     start = run.loaded.start
     error = float(phi_dot) * (1 - math.cos(float(start.theta.offset)))
-    return (
-        approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most"),
-        "omega_3 = psi_dot + phi_dot cos theta; at the reference start phi_dot(0) = 0 and both are "
-        "equal.",
-    )
+    return part.approximate("phi_dot + psi_dot", error, start.omega_3, "off by at most")
 
 
-@claim(
-    "SUM-08",
-    control=("refuted", {"run": Run(variant(theta="1.2"))}),
-    quote="since theta(0)=0.1 and cos theta≈1",
-)
+@claim("SUM-08", control="refuted", run=Run(variant(theta="1.2")))
 def cosine_of_the_start(run: Run = REFERENCE) -> Grounds:
-    """At the start cos theta is about 1."""
+    """At the start cos theta is about 1.
+
+    Sec. 2.1: "since theta(0)=0.1 and cos theta≈1"
+    Note: omega_3 differs from phi_dot + psi_dot by phi_dot (1 - cos theta).
+    """
     cosine = math.cos(float(run.loaded.start.theta.offset))
-    check = approximate("cos theta = 1", 1 - cosine, 1)
-    return check, "omega_3 differs from phi_dot + psi_dot by phi_dot (1 - cos theta)."
+    return part.approximate("cos theta = 1", 1 - cosine, 1)

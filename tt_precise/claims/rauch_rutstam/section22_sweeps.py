@@ -9,6 +9,7 @@ from itertools import pairwise
 import pandas
 from msgspec.structs import replace
 
+from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import chart, quantity
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
@@ -29,21 +30,15 @@ from tt_precise.claims.evidence.sweeps import (
     starts,
     width,
 )
-from tt_precise.claims.paper import RAUCH_RUTSTAM
+from tt_precise.claims.part import Part, statement, statements
 from tt_precise.claims.rauch_rutstam.section1_theorem import with_the_same_lambda
-from tt_precise.claims.verdicts import (
-    Grounds,
-    Part,
-    about,
-    statement,
-    statements,
-)
+from tt_precise.claims.verdicts import Grounds
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import E, E_pot, jellett
 from tt_precise.runtime.values import Arithmetic
 from tt_precise.scene.initial_state import InitialState
 
-claim = claims_of(RAUCH_RUTSTAM, "2.2")
+claim = claims_of("2.2")
 ABC = ("A", "B", "C")
 T_INIT = (
     "t_init in the definitions A (signed perigee), B (L.k = L.z) and C (phi_dot > 0), 0 where the "
@@ -57,7 +52,6 @@ CLIMBING_TIMES = f"Climbing time in definition A, {NEXT}. {HORIZON}"
 FLATTER = ("0.1", "0.08", "0.06", "0.04", "0.02", "0.01")
 STEEPER = ("0.1", "0.3")
 LIMITS = {"nu_x": "0.3", "nu_y": "0.8", "theta_dot": "15"}
-BOUNDS = tuple(f"{end}_{name}" for name in LIMITS for end in ("min", "max"))
 EVERY = (*ALONE, "box")
 TESTED = (
     "nu_x(0) in [-0.3, 0.3], nu_y(0) in [-0.8, 0.8] and theta_dot(0) in [-15, 15] one at a time, "
@@ -74,13 +68,15 @@ AMONG = (
 )
 
 
-@claim(
-    "SWP-01", rule="interpretations", definition=T_INIT, control=("refuted", {"printed": "90"}),
-    quote="An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial "
-    "synchronisation phase",
-)  # fmt: skip
+@claim("SWP-01", rule="interpretations", control="refuted", printed="90")  # fmt: skip
 def shortened(printed: str = VANISHES) -> Grounds:
-    """From phi_dot(0) = 0 to 83.1 rad/s t_init falls."""
+    """From phi_dot(0) = 0 to 83.1 rad/s t_init falls.
+
+    Sec. 2.2: "An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial
+    synchronisation phase"
+    Definition: {T_INIT}
+    Note: {number_1} starts lose contact.
+    """
     rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"].between(0, float(printed))]
     parts = {}
@@ -90,45 +86,45 @@ def shortened(printed: str = VANISHES) -> Grounds:
         first, last = (short(times.iloc[end], 3) for end in (0, -1))
         shown = f"falls in {steps}, from {first} to {last} s"
         parts[f"definition {definition}"] = down, shown
-    return statements("shortened", parts), f"{lost_between('0', printed)} starts lose contact."
+    return statements("shortened", parts), {"number_1": lost_between("0", printed)}
 
 
-@claim(
-    "SWP-23", rule="interpretations", definition=f"{T_INIT} Tends to zero: "
-    "falls below a thousandth of its first value before it vanishes.",
-    control=("refuted", {"printed": "80.1"}),
-    quote="so that t_{theta≈0} goes to zero when phi_dot(0)≈83.1",
-)  # fmt: skip
+@claim("SWP-23", rule="interpretations", control="refuted", printed="80.1")  # fmt: skip
 def goes_to_zero(printed: str = VANISHES) -> Grounds:
-    """t_init goes to zero at phi_dot(0) = 83.1 rad/s."""
+    """t_init goes to zero at phi_dot(0) = 83.1 rad/s.
+
+    Sec. 2.2: "so that t_{theta≈0} goes to zero when phi_dot(0)≈83.1"
+    Definition: {T_INIT} Tends to zero: falls below a thousandth of its first value before it
+    vanishes
+    Note: In definitions A, B and C alike. The last synchronisation phase is the first half
+    nutation, and there is none shorter.
+    """
     coarse, fine = starts("phi_dot", "held"), starts("phi_dot near the end", "held")
     last = fine[fine["t_init_A"] > 0].iloc[-1]
     after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
     longest = coarse[coarse["phi_dot"] == 0]["t_init_A"].iloc[0]
     zero = [fine["phi_dot"][fine[f"t_init_{definition}"] == 0].min() for definition in ABC]
-    gone = all(about(printed, where, "rad/s").holds for where in zero)
+    gone = all(part.about(printed, where, "rad/s").holds for where in zero)
     shown = (
         f"{short(last['t_init_A'], 2)} s at {short(last['phi_dot'])} rad/s, "
         f"{short(after['t_init_A'], 2)} s at {short(after['phi_dot'])} rad/s"
     )
-    return (
-        {
-            "it is zero from there on": statement(gone, "to zero", shown),
-            "it tends to zero": statement(
-                gone and last["t_init_A"] < CONTINUOUS * longest, "to zero", shown
-            ),
-        },
-        "In definitions A, B and C alike. The last synchronisation phase is the first half "
-        "nutation, and there is none shorter.",
-    )
+    return {
+        "it is zero from there on": statement(gone, "to zero", shown),
+        "it tends to zero": statement(
+            gone and last["t_init_A"] < CONTINUOUS * longest, "to zero", shown
+        ),
+    }
 
 
-@claim(
-    "SWP-02", rule="interpretations", definition=T_INIT, control=("refuted", {"beyond": "70"}),
-    quote="With further increase of phi_dot(0) the synchronisation phase disappears",
-)  # fmt: skip
+@claim("SWP-02", rule="interpretations", control="refuted", beyond="70")  # fmt: skip
 def gone_beyond(beyond: str = VANISHES) -> Grounds:
-    """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start."""
+    """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start.
+
+    Sec. 2.2: "With further increase of phi_dot(0) the synchronisation phase disappears"
+    Definition: {T_INIT}
+    Note: {number_1} starts up to 200 rad/s lose contact.
+    """
     rows = starts(("phi_dot", "phi_dot near the end"), "held")
     rows = rows[rows["phi_dot"] > float(beyond)]
     none = {definition: int((rows[f"t_init_{definition}"] == 0).sum()) for definition in ABC}
@@ -136,20 +132,19 @@ def gone_beyond(beyond: str = VANISHES) -> Grounds:
         f"definition {definition}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
         for definition, count in none.items()
     }
-    return (
-        statements("no synchronisation", parts),
-        f"{lost_between(beyond, '200')} starts up to 200 rad/s lose contact.",
-    )
+    return statements("no synchronisation", parts), {"number_1": lost_between(beyond, "200")}
 
 
-@claim(
-    "SWP-03",
-    control=("refuted", {"near": "200"}),
-    definition="Climbing time in definition A.",
-    quote="With further increase of phi_dot(0) ... the climbing time is shortened",
-)
+@claim("SWP-03", control="refuted", near="200")
 def climb_shortened(near: str = "150", far: str = "200") -> Grounds:
-    """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0)."""
+    """Beyond phi_dot(0) = 83.1 rad/s the climbing time falls with phi_dot(0).
+
+    Sec. 2.2: "With further increase of phi_dot(0) ... the climbing time is shortened"
+    Definition: Climbing time in definition A
+    Note: The climbing time has a minimum, {least[climb_A]:.4g} s at {least[phi_dot]:.4g} rad/s, and
+    grows from there to {most[climb_A]:.4g} s at {most[phi_dot]:.4g} rad/s; in definition B it is at
+    {quickest[B]:.4g} rad/s, in C at {quickest[C]:.4g}.
+    """
     rows = starts("phi_dot", "held")
     rows = rows[rows["phi_dot"] > float(VANISHES)]
     least, most = rows.sort_values("climb_A").iloc[0], greatest(rows, "climb_A")
@@ -162,23 +157,20 @@ def climb_shortened(near: str = "150", far: str = "200") -> Grounds:
         shown = f"from {short(some.iloc[0])} s to {short(some.iloc[-1])} s at {end} rad/s"
         return statement(trend(some)[0], "falls", shown)
 
-    return (
-        {name: check(end) for name, end in ((f"up to {near} rad/s", near), ("up to the end", far))},
-        f"The climbing time has a minimum, {short(least['climb_A'])} s at "
-        f"{short(least['phi_dot'])} rad/s, and grows from there to "
-        f"{short(most['climb_A'])} s at {short(most['phi_dot'])} rad/s; in definition B it "
-        f"is at {short(quickest['B'])} rad/s, in C at {short(quickest['C'])}.",
-    )
+    return {
+        name: check(end) for name, end in ((f"up to {near} rad/s", near), ("up to the end", far))
+    }, {"least": least, "most": most, "quickest": quickest}
 
 
-@claim(
-    "SWP-04",
-    control=("refuted", {"peak": "0"}),
-    definition=f"t_init in definition A. {HORIZON}",
-    quote="The initiation time t_{theta≈0} also decreases as phi_dot(0) becomes negative",
-)
+@claim("SWP-04", control="refuted", peak="0")
 def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Grounds:
-    """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0)."""
+    """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0).
+
+    Sec. 2.2: "The initiation time t_{theta≈0} also decreases as phi_dot(0) becomes negative"
+    Definition: t_init in definition A. {HORIZON}
+    Note: Left of zero t_init first rises, to {top[t_init_A]:.4g} s at {top[phi_dot]:.4g} rad/s.
+    Starts with phi_dot(0) of {lost:.4g} rad/s and less lose contact.
+    """
     top = greatest(starts("phi_dot near the peak", "held"), "t_init_A")
     every = starts("phi_dot", "unilateral")
     lost = every[every["outcome"] == "contact_lost"]["phi_dot"].max()
@@ -192,26 +184,22 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Grounds:
         shown = f"in {steps}, from {first} s at {start} rad/s to {last} s at {at} rad/s"
         return statement(down, "falls", shown)
 
-    return (
-        {
-            f"from {start} rad/s on, {which}": check(start, contact)
-            for start in (first, peak)
-            for contact, which in CONTACTS.items()
-        },
-        f"Left of zero t_init first rises, to {short(top['t_init_A'])} s at "
-        f"{short(top['phi_dot'])} rad/s. Starts with phi_dot(0) of {short(lost)} rad/s and "
-        "less lose contact.",
-    )
+    return {
+        f"from {start} rad/s on, {which}": check(start, contact)
+        for start in (first, peak)
+        for contact, which in CONTACTS.items()
+    }, {"top": top, "lost": lost}
 
 
-@claim(
-    "SWP-05", rule="interpretations", control=("refuted", {"zero": "40"}),
-    definition='"phi_dot(0)≈0": within 5 rad/s of it, a fortieth of the half range. ' + T_INIT,
-    quote="Remarkably the IC with phi_dot(0)≈0 have the longest synchronatisation phase for the "
-    "whole range phi_dot(0) in [-200,200]",
-)  # fmt: skip
+@claim("SWP-05", rule="interpretations", control="refuted", zero="40")  # fmt: skip
 def longest_at_zero(zero: str = "0") -> Grounds:
-    """The longest initiation time of the range belongs to phi_dot(0) of about 0."""
+    """The longest initiation time of the range belongs to phi_dot(0) of about 0.
+
+    Sec. 2.2: "Remarkably the IC with phi_dot(0)≈0 have the longest synchronatisation phase for the
+    whole range phi_dot(0) in [-200,200]"
+    Definition: "phi_dot(0)≈0": within 5 rad/s of it, a fortieth of the half range. {T_INIT}
+    Note: The peak is sharp and lies next to zero, where t_init_A is {number_1:.4g} s.
+    """
     rows = starts(("phi_dot", "phi_dot near the peak"), "through")
     parts = {}
     for definition in ABC:
@@ -219,27 +207,18 @@ def longest_at_zero(zero: str = "0") -> Grounds:
         shown = f"{short(peak[f't_init_{definition}'])} s at {short(peak['phi_dot'])} rad/s"
         distance = abs(peak["phi_dot"] - float(zero))
         parts[f"definition {definition}"] = distance <= 5, shown
-    return (
-        statements("at about 0", parts),
-        "The peak is sharp and lies next to zero, where t_init_A is "
-        f"{short(reference_row()['t_init_A'])} s.",
-    )
+    return statements("at about 0", parts), {"number_1": reference_row()["t_init_A"]}
 
 
-@claim(
-    "SWP-07",
-    quote="Numerical simulations confirm that all such sample solutions invert",
-    where="Sec. 2.2, Summary",
-    control=("partly", {"series": "box"}),
-    definition=f"{INVERTS} {HORIZON}",
-)
+@claim("SWP-07", control="partly", series="box")
 def all_invert(series: str = "phi_dot") -> Grounds:
-    """Every start with phi_dot(0) in [-200, 200] inverts."""
-    return (
-        both_ways(series, inverting),
-        f"But {losing_contact(series)} lose contact, and the paper's theorem does not cover "
-        "these starts.",
-    )
+    """Every start with phi_dot(0) in [-200, 200] inverts.
+
+    Sec. 2.2, Summary: "Numerical simulations confirm that all such sample solutions invert"
+    Definition: {INVERTS} {HORIZON}
+    Note: But {number_1} lose contact, and the paper's theorem does not cover these starts.
+    """
+    return both_ways(series, inverting), {"number_1": losing_contact(series)}
 
 
 def lost_between(low: str, high: str) -> str:
@@ -259,135 +238,125 @@ def inverting(rows: pandas.DataFrame, how: str = " invert") -> Part:
     return of_all(rows, rows["t_end_A"].notna(), "all invert", how)
 
 
-@claim(
-    "SWP-15", definition=RANGES, control=("partly", {"upper": "0.4"}),
-    quote="decreasing theta(0) below 0.1 reduces oscillations",
-)  # fmt: skip
+@claim("SWP-15", control="partly", upper="0.4")  # fmt: skip
 def flatter_is_calmer(upper: str = "0.1") -> Grounds:
-    """Below theta(0) = 0.1 oscillations grow with theta(0)."""
+    """Below theta(0) = 0.1 oscillations grow with theta(0).
+
+    Sec. 2.2: "decreasing theta(0) below 0.1 reduces oscillations"
+    Definition: {RANGES}
+    Note: {number_1} starts lose contact.
+    """
     rows, every = starts("theta", "through"), starts("theta", "unilateral")
-    return (
-        _wider(rows[rows["theta"] <= float(upper)]),
-        f"{counted(every[every['theta'] <= float(upper)])} starts lose contact.",
-    )
+    return _wider(rows[rows["theta"] <= float(upper)]), {
+        "number_1": counted(every[every["theta"] <= float(upper)])
+    }
 
 
-@claim(
-    "SWP-24",
-    control=("refuted", {"inclinations": FLATTER[::-1]}),
-    definition="total variation (sum of all rises and falls between extrema found as events) of "
-    f"theta_dot, nu_x, nu_y and g_n over 8 s; theta(0) = {', '.join(FLATTER)} rad; smoother: it "
-    "falls from each to the next",
-    quote="smooths out solution curves",
-)
+@claim("SWP-24", control="refuted", inclinations=FLATTER[::-1])
 def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> Grounds:
-    """From theta(0) = 0.1 down, the curves of the solutions become smoother."""
+    """From theta(0) = 0.1 down, the curves of the solutions become smoother.
+
+    Sec. 2.2: "smooths out solution curves"
+    Definition: total variation (sum of all rises and falls between extrema found as events) of
+    theta_dot, nu_x, nu_y and g_n over 8 s; theta(0) = {FLATTER} rad; smoother: it falls from each
+    to the next
+    Note: Half as steep a start leaves about half of the total variation.
+    """
     parts = {}
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
         sums = [sum(Run(variant(theta=theta)).rises_and_falls(name)) for theta in inclinations]
         falls = sum(later < earlier for earlier, later in pairwise(sums))
         shown = f"falls in {falls} of {len(sums) - 1} steps, from {short(sums[0], 3)} to "
         parts[name] = falls == len(sums) - 1, shown + short(sums[-1], 3)
-    return (
-        statements("smoother", parts),
-        "Half as steep a start leaves about half of the total variation.",
-    )
+    return statements("smoother", parts)
 
 
-@claim(
-    "SWP-25", definition=CLIMBING_TIMES, control=("refuted", {"upper": "0.4"}),
-    quote="decreasing theta(0) below 0.1 ... increases the climbing time",
-)  # fmt: skip
+@claim("SWP-25", control="refuted", upper="0.4")  # fmt: skip
 def flatter_is_slower(upper: str = "0.1") -> Grounds:
-    """Below theta(0) = 0.1 the climbing time falls with theta(0)."""
+    """Below theta(0) = 0.1 the climbing time falls with theta(0).
+
+    Sec. 2.2: "decreasing theta(0) below 0.1 ... increases the climbing time"
+    Definition: {CLIMBING_TIMES}
+    Note: From {rows[theta].iloc[0]:.4g} rad on.
+    """
     rows = starts("theta", "through")
     rows = rows[rows["theta"] <= float(upper)]
-    return _quicker(rows), f"From {short(rows['theta'].iloc[0])} rad on."
+    return _quicker(rows), {"rows": rows}
 
 
-@claim(
-    "SWP-16", definition=RANGES, control=("reproduced", {"upper": "0.13"}),
-    quote="Increase of theta(0) makes amplitudes of oscillations larger",
-)  # fmt: skip
+@claim("SWP-16", control="reproduced", upper="0.13")  # fmt: skip
 def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Grounds:
-    """From theta(0) = 0.1 up, oscillations grow with theta(0)."""
+    """From theta(0) = 0.1 up, oscillations grow with theta(0).
+
+    Sec. 2.2: "Increase of theta(0) makes amplitudes of oscillations larger"
+    Definition: {RANGES}
+    Note: Up to 0.3 rad, where the paper's remark on omega_3(0) begins. {number_1}
+    """
 
     def check(rows: pandas.DataFrame) -> Part:
         rows = rows[rows["theta"].between(float(lower), float(upper))]
         parts = _wider(rows)
-        shown = "; ".join(f"{name} {part.measured}" for name, part in parts.items())
+        shown = "; ".join(f"{name} {one.measured}" for name, one in parts.items())
         return statement(
-            all(part.holds for part in parts.values()),
+            all(one.holds for one in parts.values()),
             "larger amplitudes",
             f"to {short(rows['theta'].max())} rad: {shown}",
         )
 
-    return (
-        both_ways("theta", check),
-        f"Up to 0.3 rad, where the paper's remark on omega_3(0) begins. {_lost_by_inclination()}",
-    )
+    return both_ways("theta", check), {"number_1": _lost_by_inclination()}
 
 
-@claim(
-    "SWP-26", definition=CLIMBING_TIMES, control=("reproduced", {"upper": "0.13"}),
-    quote="Increase of theta(0) ... decreases the climbing time",
-)  # fmt: skip
+@claim("SWP-26", control="reproduced", upper="0.13")  # fmt: skip
 def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Grounds:
-    """From theta(0) = 0.1 up, the climbing time falls with theta(0)."""
+    """From theta(0) = 0.1 up, the climbing time falls with theta(0).
+
+    Sec. 2.2: "Increase of theta(0) ... decreases the climbing time"
+    Definition: {CLIMBING_TIMES}
+    Note: {number_1} With g_n < 0 allowed, the climb is quickest from {quick[theta]:.4g} rad, in
+    {quick[climb_A]:.4g} s.
+    """
     through = starts("theta", "through")
     quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
 
     def check(rows: pandas.DataFrame) -> Part:
         rows = rows[rows["theta"].between(float(lower), float(upper))]
-        part = _quicker(rows)
-        return replace(part, measured=f"to {short(rows['theta'].max())} rad: {part.measured}")
+        one = _quicker(rows)
+        return replace(one, measured=f"to {short(rows['theta'].max())} rad: {one.measured}")
 
-    return (
-        both_ways("theta", check),
-        f"{_lost_by_inclination()} With g_n < 0 allowed, the climb is quickest from "
-        f"{short(quick['theta'])} rad, in {short(quick['climb_A'])} s.",
-    )
+    return both_ways("theta", check), {"number_1": _lost_by_inclination(), "quick": quick}
 
 
-@claim(
-    "SWP-17", control=("refuted", {"beyond": "0.02"}),
-    definition="lambda of the starts that keep omega_3(0).",
-    quote="Beyond the angle theta(0)=0.3 the term alpha-cos theta starts to play a role",
-)  # fmt: skip
+@claim("SWP-17", control="refuted", beyond="0.02")  # fmt: skip
 def inclination_counts(beyond: str = "0.3") -> Grounds:
-    """Beyond theta(0) = 0.3 the inclination makes lambda smaller."""
+    """Beyond theta(0) = 0.3 the inclination makes lambda smaller.
+
+    Sec. 2.2: "Beyond the angle theta(0)=0.3 the term alpha-cos theta starts to play a role"
+    Definition: lambda of the starts that keep omega_3(0)
+    Note: At {beyond} rad lambda is {number_1:.1%} smaller than the reference's.
+    """
     free = starts("theta", "unilateral")
     ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
     known = reference_row()["lambda_ratio"]
-    return (
-        statement(
-            bool((ratio < known).all()),
-            "lambda too small",
-            f"{short(ratio.iloc[0])} lambda_thres, {short(ratio.iloc[-1])} at 1 rad",
-        ),
-        f"At {beyond} rad lambda is {percent(1 - ratio.iloc[0] / known)} smaller than the "
-        "reference's.",
-    )
+    shown = f"{short(ratio.iloc[0])} lambda_thres, {short(ratio.iloc[-1])} at 1 rad"
+    return statement(bool((ratio < known).all()), "lambda too small", shown), {
+        "number_1": 1 - ratio.iloc[0] / known
+    }
 
 
-@claim(
-    "SWP-27", control=("refuted", {"beyond": "0.02"}),
-    definition="omega_3(0) with which the other start values at rest give the reference's lambda.",
-    quote="omega_3(0) has to be increased to keep lambda≈2lambda_thres",
-)  # fmt: skip
+@claim("SWP-27", control="refuted", beyond="0.02")  # fmt: skip
 def more_spin_needed(beyond: str = "0.3") -> Grounds:
-    """Beyond theta(0) = 0.3 more spin is needed for the same lambda."""
+    """Beyond theta(0) = 0.3 more spin is needed for the same lambda.
+
+    Sec. 2.2: "omega_3(0) has to be increased to keep lambda≈2lambda_thres"
+    Definition: omega_3(0) with which the other start values at rest give the reference's lambda
+    Note: At {beyond} rad omega_3(0) has to be {number_1:.1%} higher.
+    """
     fixed = starts("theta at lambda", "unilateral")
     spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
     spin = float(reference_row()["omega_3"])
-    return (
-        statement(
-            bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all()),
-            "omega_3(0) increased",
-            f"{short(spins.iloc[0])} rad/s, {short(spins.iloc[-1])} at 1 rad",
-        ),
-        f"At {beyond} rad omega_3(0) has to be {percent(spins.iloc[0] / spin - 1)} higher.",
-    )
+    shown = f"{short(spins.iloc[0])} rad/s, {short(spins.iloc[-1])} at 1 rad"
+    holds = bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all())
+    return statement(holds, "omega_3(0) increased", shown), {"number_1": spins.iloc[0] / spin - 1}
 
 
 def _wider(rows: pandas.DataFrame) -> dict[str, Part]:
@@ -414,15 +383,16 @@ def _lost_by_inclination() -> str:
     return f"Starts from {short(lost.min())} to {short(lost.max())} rad lose contact."
 
 
-@claim(
-    "SWP-10", control=("refuted", {"series": "phi_dot"}),
-    definition="Definition A: starts of the box with phi_dot(0) > 83.13 rad/s, which without "
-    "gliding and nodding have none, and t_init > 0.",
-    quote="with adding large nonzero nu_x(0), nu_y(0) or theta_dot(0) the synchronisation phase "
-    "may reappear",
-)  # fmt: skip
+@claim("SWP-10", control="refuted", series="phi_dot")  # fmt: skip
 def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Grounds:
-    """Gliding or nodding makes some starts that climb at once need a synchronisation phase."""
+    """Gliding or nodding makes some starts that climb at once need a synchronisation phase.
+
+    Sec. 2.2: "with adding large nonzero nu_x(0), nu_y(0) or theta_dot(0) the synchronisation phase
+    may reappear"
+    Definition: Definition A: starts of the box with phi_dot(0) > 83.13 rad/s, which without gliding
+    and nodding have none, and t_init > 0
+    Note: {number_1} starts in which it reappears lose contact.
+    """
 
     def check(rows: pandas.DataFrame) -> Part:
         some = rows[rows["phi_dot"] > float(beyond)]
@@ -433,20 +403,17 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Gro
     through = starts(series, "through")
     waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
     again = every[every["index"].isin(waiting["index"])]
-    return (
-        both_ways(series, check),
-        f"{counted(again)} starts in which it reappears lose contact.",
-    )
+    return both_ways(series, check), {"number_1": counted(again)}
 
 
-@claim(
-    "SWP-11",
-    control=("refuted", {"limit": "6"}),
-    quote="the climbing time remains below 7-8 s",
-    definition=f"t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}",
-)
+@claim("SWP-11", control="refuted", limit="6")
 def climb_stays_short(limit: str = "8") -> Grounds:
-    """The climb takes less than 7 to 8 s."""
+    """The climb takes less than 7 to 8 s.
+
+    Sec. 2.2: "the climbing time remains below 7-8 s"
+    Definition: t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}
+    Note: The longest climb that ends within the horizon starts with {start}.
+    """
 
     def check(rows: pandas.DataFrame) -> Part:
         longest = greatest(rows, "climb_A")["climb_A"]
@@ -455,37 +422,36 @@ def climb_stays_short(limit: str = "8") -> Grounds:
 
     longest = greatest(starts(EVERY, "through"), "climb_A")
     start = ", ".join(f"{name}(0) = {short(longest[name], 3)}" for name in ("phi_dot", *ALONE))
-    note = f"The longest climb that ends within the horizon starts with {start}."
-    return both_ways(EVERY, check), note
+    return both_ways(EVERY, check), {"start": start}
 
 
-@claim(
-    "SWP-12",
-    where="Sec. 2.2, Summary",
-    control=("untestable", {"series": ("theta",)}),
-    definition=f"{INVERTS} {TESTED} {HORIZON}",
-    quote="the main qualitative features of inverting remain intact",
-)
+@claim("SWP-12", control="untestable", series=("theta",))
 def still_inverts(series: tuple[str, ...] = EVERY) -> Grounds:
-    """All these starts invert."""
-    return (
-        both_ways(series, partial(inverting, how="")),
-        f"{losing_contact(series)} lose contact; without these "
-        f"{climbed(starts(series, 'held'))} invert. The paper's theorem does not cover a "
-        "start that loses contact.",
-    )
+    """All these starts invert.
+
+    Sec. 2.2, Summary: "the main qualitative features of inverting remain intact"
+    Definition: {INVERTS} {TESTED} {HORIZON}
+    Note: {number_1} lose contact; without these {number_2} invert. The paper's theorem does not
+    cover a start that loses contact.
+    """
+    return both_ways(series, partial(inverting, how="")), {
+        "number_1": losing_contact(series),
+        "number_2": climbed(starts(series, "held")),
+    }
 
 
-@claim(
-    "SWP-13",
-    control=("reproduced", {"factor": "5"}),
-    definition="Each range is the wider one of the printed and the reference solution's own. "
-    f"{TESTED} {HORIZON}",
-    quote="oscillate strongly with amplitudes staying within the same maximal range variability "
-    "nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]",
-)
+@claim("SWP-13", control="reproduced", factor="5")
 def stays_in_the_range(factor: str = "1") -> Grounds:
-    """nu_x, nu_y and theta_dot stay within the ranges named for the reference solution."""
+    """nu_x, nu_y and theta_dot stay within the ranges named for the reference solution.
+
+    Sec. 2.2: "oscillate strongly with amplitudes staying within the same maximal range variability
+    nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]"
+    Definition: Each range is the wider one of the printed and the reference solution's own.
+    {TESTED} {HORIZON}
+    Note: The reference solution itself has nu_y up to {own[max_nu_y]:.3g} m/s, nu_x within
+    [{own[min_nu_x]:.3g}, {own[max_nu_x]:.3g}] m/s and theta_dot within [{own[min_theta_dot]:.3g},
+    {own[max_theta_dot]:.3g}] rad/s.
+    """
     reference = reference_row()
 
     def check(rows: pandas.DataFrame) -> Part:
@@ -496,31 +462,23 @@ def stays_in_the_range(factor: str = "1") -> Grounds:
             own = reference[[f"min_{name}", f"max_{name}"]].abs().max()
             inside &= size <= max(float(limit), own) * float(factor)
             largest.append(f"{name} up to {short(size.max(), 3)}")
-        return statement(
-            bool(inside.all()),
-            "within the range",
-            f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}",
-        )
+        shown = f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}"
+        return statement(bool(inside.all()), "within the range", shown)
 
-    known = {str(name): short(value, 3) for name, value in reference[list(BOUNDS)].items()}
-    return (
-        both_ways(EVERY, check),
-        "The reference solution itself has nu_y up to {max_nu_y} m/s, nu_x within "
-        "[{min_nu_x}, {max_nu_x}] m/s and theta_dot within [{min_theta_dot}, {max_theta_dot}] "
-        "rad/s.".format(**known),
-    )
+    return both_ways(EVERY, check), {"own": reference}
 
 
-@claim(
-    "SWP-14",
-    control=("refuted", {"tolerance": "0.01"}),
-    definition='"Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of '
-    f"the three ranges, phi_dot(0) = 0; definition A. {HORIZON}",
-    quote="Small perturbations not exceeding 10 % of the range of variability ... do not change "
-    "much the parameters and behaviour of inverting solutions",
-)
+@claim("SWP-14", control="refuted", tolerance="0.01")
 def small_changes(tolerance: str = "0.1") -> Grounds:
-    """Perturbations of a tenth of the ranges change the inverting solution little."""
+    """Perturbations of a tenth of the ranges change the inverting solution little.
+
+    Sec. 2.2: "Small perturbations not exceeding 10 % of the range of variability ... do not change
+    much the parameters and behaviour of inverting solutions"
+    Definition: "Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of the
+    three ranges, phi_dot(0) = 0; definition A. {HORIZON}
+    Note: {number_1} starts invert. The initiation time has a sharp peak next to the reference start
+    (SWP-05).
+    """
     known = reference_row()
     parts = {}
     for contact, which in CONTACTS.items():
@@ -529,42 +487,37 @@ def small_changes(tolerance: str = "0.1") -> Grounds:
             # NaN, and so no small change, where a start has no such time
             change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
             parts[f"{what}, {which}"] = change <= float(tolerance), f"by up to {percent(change)}"
-    return (
-        statements("not much", parts),
-        f"{climbed(starts('tenth', 'through'))} starts invert. The initiation time has "
-        "a sharp peak next to the reference start (SWP-05).",
-    )
+    return statements("not much", parts), {"number_1": climbed(starts("tenth", "through"))}
 
 
-@claim(
-    "SWP-08", control=("refuted", {"starts": ("0", "50")}),
-    definition="Oscillation: the smaller one of two consecutive distances of extrema (events); "
-    "very small: the largest is below a third of the reference solution's. Starts with phi_dot(0) "
-    f"= {', '.join(ENDS)} rad/s over 8 s.",
-    quote="solutions with very small amplitude oscillations for all dynamical variables",
-)  # fmt: skip
+@claim("SWP-08", control="refuted", starts=("0", "50"))  # fmt: skip
 def very_smooth(starts: tuple[str, ...] = ENDS) -> Grounds:
-    """With phi_dot(0) in [195, 200] all dynamical variables oscillate very little."""
+    """With phi_dot(0) in [195, 200] all dynamical variables oscillate very little.
+
+    Sec. 2.2: "solutions with very small amplitude oscillations for all dynamical variables"
+    Definition: Oscillation: the smaller one of two consecutive distances of extrema (events); very
+    small: the largest is below a third of the reference solution's. Starts with phi_dot(0) = {ENDS}
+    rad/s over 8 s
+    Note: phi_dot peaks where the axis passes near a pole, in every inverting solution (SUM-06).
+    """
     runs = [Run(variant(phi_dot=phi_dot)) for phi_dot in starts]
     parts = {}
     for name in EulerState._fields:
         own = REFERENCE.oscillation(name)[0]
         share = max(run.oscillation(name)[0] for run in runs) / own
         parts[name] = share < 1 / 3, f"at most {short(share, 2)} of the reference's"
-    return (
-        statements("very small", parts),
-        "phi_dot peaks where the axis passes near a pole, in every inverting solution (SUM-06).",
-    )
+    return statements("very small", parts)
 
 
-@claim(
-    "SWP-09", control=("refuted", {"theta": "0.1"}),
-    definition="Smoother: the ranges of nu_x, nu_y and theta_dot along the trajectory are smaller "
-    "than those with theta(0) = 0.1 and the same phi_dot(0).",
-    quote="Solutions with phi_dot(0) in [195,200] become even more smooth when theta(0)=0.01",
-)  # fmt: skip
+@claim("SWP-09", control="refuted", theta="0.1")  # fmt: skip
 def even_smoother(theta: str = "0.01") -> Grounds:
-    """With theta(0) = 0.01 these solutions are smoother still."""
+    """With theta(0) = 0.01 these solutions are smoother still.
+
+    Sec. 2.2: "Solutions with phi_dot(0) in [195,200] become even more smooth when theta(0)=0.01"
+    Definition: Smoother: the ranges of nu_x, nu_y and theta_dot along the trajectory are smaller
+    than those with theta(0) = 0.1 and the same phi_dot(0)
+    Note: {number_1} starts lose contact.
+    """
     rows, others = _smooth_rows(theta), _smooth_rows("0.1")
     parts = {}
     for name in AMPLITUDES:
@@ -573,7 +526,7 @@ def even_smoother(theta: str = "0.01") -> Grounds:
         parts[f"range of {name}"] = bool((shares < 1).all()), shown
     lost = starts(SMOOTH, "unilateral")
     lost = lost[lost["theta"] == float(theta)]
-    return statements("smaller", parts), f"{counted(lost)} starts lose contact."
+    return statements("smaller", parts), {"number_1": counted(lost)}
 
 
 def _smooth_rows(theta: str) -> pandas.DataFrame:
@@ -581,59 +534,50 @@ def _smooth_rows(theta: str) -> pandas.DataFrame:
     return rows[rows["theta"] == float(theta)].reset_index(drop=True)
 
 
-@claim(
-    "SWP-06", where="Sec. 2.2, Summary", definition=AMONG, control=("refuted", {"close": "0.01"}),
-    quote="It may be related to the fact that the total energy is close to its minimal value when "
-    "lambda=2lambda_thres is kept fixed",
-)  # fmt: skip
+@claim("SWP-06", control="refuted", close="0.01")  # fmt: skip
 def longest_where_energy_is_least(close: str = CLOSE) -> Grounds:
-    """The energy is close to its minimum where the synchronisation phase is longest."""
+    """The energy is close to its minimum where the synchronisation phase is longest.
+
+    Sec. 2.2, Summary: "It may be related to the fact that the total energy is close to its minimal
+    value when lambda=2lambda_thres is kept fixed"
+    Definition: {AMONG}
+    Note: At fixed lambda it is {number_1:.4g} J at phi_dot(0) = 0 and {number_2:.4g} J at 200
+    rad/s, where there is no synchronisation phase: closeness to the minimum does not make the phase
+    long.
+    """
     where, least = least_energy()
     peak = starts("phi_dot near the peak", "held")
     longest = float(greatest(peak, "t_init_A")["phi_dot"])
-    there = statement(
-        abs(where - longest) <= 5,
-        "related",
-        f"t_init is longest at {short(longest)} rad/s, the energy least at {short(where)} rad/s",
-    )
-    return (
-        {
-            "the energy is close to its minimum": closeness(close, least),
-            "the energy is least there": there,
-        },
-        f"At fixed lambda it is {short(_energy('0'))} J at phi_dot(0) = 0 and "
-        f"{short(_energy('200'))} J at 200 rad/s, where there is no "
-        "synchronisation phase: closeness to the minimum does not make the phase long.",
-    )
+    shown = f"t_init is longest at {short(longest)} rad/s, the energy least at {short(where)} rad/s"
+    there = statement(abs(where - longest) <= 5, "related", shown)
+    return {
+        "the energy is close to its minimum": closeness(close, least),
+        "the energy is least there": there,
+    }, {"number_1": _energy("0"), "number_2": _energy("200")}
 
 
-@claim(
-    "SWP-18", control=("partly", {"names": ("theta_dot", "nu_x", "nu_y", "phi_dot")}),
-    definition="Derivatives of -L.a by the start values, with symbols for all of them.",
-    quote="lambda ... does not depend on theta_dot, nu_x or nu_y",
-)  # fmt: skip
+@claim("SWP-18", control="partly", names=("theta_dot", "nu_x", "nu_y", "phi_dot"))  # fmt: skip
 def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -> Grounds:
-    """lambda does not depend on theta_dot, nu_x and nu_y."""
+    """lambda does not depend on theta_dot, nu_x and nu_y.
+
+    Sec. 2.2: "lambda ... does not depend on theta_dot, nu_x or nu_y"
+    Definition: Derivatives of -L.a by the start values, with symbols for all of them
+    Note: Differentiated symbolically; lambda depends only on theta, phi_dot and omega_3.
+    """
 
     def check(name: str) -> Part:
         slope = quantity("lambda").diff(chart().symbol[name])
         return statement(slope == 0, "0", str(slope), proved=True)
 
-    return (
-        {f"d lambda/d {name}": check(name) for name in names},
-        "Differentiated symbolically; lambda depends only on theta, phi_dot and omega_3.",
-    )
+    return {f"d lambda/d {name}": check(name) for name in names}
 
 
 def closeness(close: str, least: float) -> Part:
     """Test for a reference energy at most the fraction ``close`` above ``least``."""
     energy = _energy("0")
     above = energy / least - 1
-    return statement(
-        above <= float(close),
-        "close to minimal",
-        f"{short(energy)} J, {percent(above)} above {short(least)} J",
-    )
+    shown = f"{short(energy)} J, {percent(above)} above {short(least)} J"
+    return statement(above <= float(close), "close to minimal", shown)
 
 
 def _energy(phi_dot: str) -> float:

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import pairwise
 
+from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span
-from tt_precise.claims.paper import RAUCH_RUTSTAM
-from tt_precise.claims.verdicts import (
-    Grounds,
-    Part,
-    about,
-    decimal,
-    statement,
-    statements,
-    untestable,
-)
+from tt_precise.claims.part import Part, decimal, statement, statements
+from tt_precise.claims.verdicts import Grounds
 from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.parameters import Parameters
@@ -25,7 +19,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion, Quantity
 from tt_precise.mechanics.vectors import Vector, cross, dot
 from tt_precise.runtime.values import Functions, Scalar
 
-claim = claims_of(RAUCH_RUTSTAM, "2.3")
+claim = claims_of("2.3")
 COMPONENTS = ("tau_x", "tau_y", "tau_z")
 # Claim of the finding that the printed boundary values belong to another lambda.
 FINDING = "NUM-26"
@@ -56,20 +50,29 @@ CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - 
 
 @claim(
     "FIG-09",
-    statement="The components of the torque are predominantly negative.",
+    """The components of the torque are predominantly negative.
+
+    Sec. 2.3: "These components are all predominantly negative"
+    Definition: {TORQUE_SHARE}; predominantly: two thirds
+    Note: In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z have the
+    sign of -nu_y.
+    """,
     given={"words": "for most of the time", "limit": 2 / 3},
-    control=("refuted", {"sign": "positive"}),
-    definition=f"{TORQUE_SHARE}; predominantly: two thirds",
-    quote="These components are all predominantly negative",
+    control="refuted",
+    sign="positive",
 )
 @claim(
     "FIG-17",
-    statement="The components of the torque are negative almost all the time.",
+    """The components of the torque are negative almost all the time.
+
+    Fig. 6, caption: "All components are negative almost all the time"
+    Definition: {TORQUE_SHARE}; almost all: 95 %
+    Note: In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z have the
+    sign of -nu_y.
+    """,
     given={"words": "almost all the time", "limit": 0.95},
-    where="Fig. 6, caption",
-    control=("reproduced", {"limit": 0.8}),
-    definition=f"{TORQUE_SHARE}; almost all: 95 %",
-    quote="All components are negative almost all the time",
+    control="reproduced",
+    limit=0.8,
 )
 def torque_is_negative(
     words: str, limit: float, sign: str = "negative", run: Run = REFERENCE
@@ -81,15 +84,11 @@ def torque_is_negative(
         shares = {name: 1 - share for name, share in shares.items()}
 
     shown, in_climb = (
-        ", ".join(f"{name} {100 * share:.2f} %" for name, share in part.items())
-        for part in (shares, climb)
+        ", ".join(f"{name} {100 * share:.2f} %" for name, share in one.items())
+        for one in (shares, climb)
     )
     holds, measured = min(shares.values()) > limit, f"{sign} for {shown} of the time"
-    return (
-        statement(holds, f"{sign} {words}", measured),
-        f"In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z "
-        "have the sign of -nu_y.",
-    )
+    return statement(holds, f"{sign} {words}", measured), {"in_climb": in_climb}
 
 
 def _asymptotic(
@@ -104,17 +103,12 @@ def _asymptotic(
         each: _lambda_of(_formula(each, body, fn), fn.mpf(value), guess, fn)
         for each, value in {**PRINTED, name: printed}.items()
     }
-    every = ", ".join(decimal(implied[each], 3) for each in PRINTED)
-    return (
-        {
-            "lambda of the reference start": about(printed, values[name].value, unit),
-            "lambda = 2 lambda_thres": about(printed, double, unit),
-            f"the value at {time} s itself": about(printed, run.at(quantity, time), unit),
-        },
-        f"The printed value belongs to lambda = {decimal(implied[name], 4)}, not to the "
-        f"reference start's {decimal(guess, 4)} kg m^3/s. The four printed boundary values "
-        f"belong to {every}: no single lambda has all four.",
-    )
+    every = tuple(decimal(implied[each], 3) for each in PRINTED)
+    return {
+        "lambda of the reference start": part.about(printed, values[name].value, unit),
+        "lambda = 2 lambda_thres": part.about(printed, double, unit),
+        f"the value at {time} s itself": part.about(printed, run.at(quantity, time), unit),
+    }, {"implied": implied[name], "known": guess, "every": every}
 
 
 def _formula(name: str, body: Parameters, fn: Functions) -> Callable[[Scalar], Scalar]:
@@ -140,66 +134,66 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
     ("NUM-29", "E1", "E~1≈1.734*10^-2", "1.609e-2",
      "The modified energy of the inverted spin", "E_tilde", "8", "J"),
 ):  # fmt: skip
+    words = f"""{subject} with the reference lambda is {PRINTED[name]} {unit}.
+
+    Sec. 2.3: "{quote}"
+    Definition: lambda is that of the reference start, or exactly 2 lambda_thres
+    Note: The printed value belongs to lambda = {{implied:4}}, not to the reference start's
+    {{known:4}} kg m^3/s. The four printed boundary values belong to {{every}}: no single lambda has
+    all four.
+    """
     claim(
-        id, statement=f"{subject} with the reference lambda is {PRINTED[name]} {unit}.",
-        quote=quote, finding=FINDING, rule="interpretations",
-        definition="lambda is that of the reference start, or exactly 2 lambda_thres",
-        control=("ambiguous", {"printed": wrong}),
-        given={"name": name, "quantity": quantity, "time": time, "unit": unit,
-               "printed": PRINTED[name]},
-    )(_asymptotic)  # fmt: skip
+        id, words, rule="interpretations", finding=FINDING, control="ambiguous", printed=wrong
+    )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))  # fmt: skip
 
 
 @claim(
     "NUM-30",
     rule="interpretations",
     finding=FINDING,
-    where="Sec. 2.3, Fig. 7a",
-    control=(
-        "ambiguous",
-        {"initial": ("7.301e-4", "4.215e-2"), "final": ("-6.024e-4", "1.609e-2")},
-    ),
-    definition="(D, E~) of the reference solution at 0 and 8 s, and the limits for its lambda",
-    quote="goes from the initial boundary value (D0≈9.381*10^-4,E~0≈4.912*10^-2) to the final "
-    "boundary value (D1≈-6.667*10^-4,E~1≈1.734*10^-2)",
+    control="ambiguous",
+    initial=("7.301e-4", "4.215e-2"),
+    final=("-6.024e-4", "1.609e-2"),
 )
 def ends_of_the_curve(
     initial: tuple[str, str] = ("9.381e-4", "4.912e-2"),
     final: tuple[str, str] = ("-6.667e-4", "1.734e-2"),
     run: Run = REFERENCE,
 ) -> Grounds:
-    """The curve (D(t), E~(t)) goes from the printed initial to the printed final point."""
+    """The curve (D(t), E~(t)) goes from the printed initial to the printed final point.
+
+    Sec. 2.3, Fig. 7a: "goes from the initial boundary value (D0≈9.381*10^-4,E~0≈4.912*10^-2) to the
+    final boundary value (D1≈-6.667*10^-4,E~1≈1.734*10^-2)"
+    Definition: (D, E~) of the reference solution at 0 and 8 s, and the limits for its lambda
+    Note: At the start, theta(0) = 0.1, D is {off[0]:.1f} % and E~ {off[1]:.1f} % off the limit for
+    t to -infinity. For the printed limits see NUM-26 to NUM-29.
+    """
     printed = (*initial, *final)
     own = [run.at(name, t) for t in ("0", "8") for name in ("D", "E_tilde")]
     known = run.thresholds.quantities
     limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
     parts = {}
     for meaning, numbers in (("the curve's own ends", own), ("the limits", limits)):
-        checks = [about(text, value) for text, value in zip(printed, numbers, strict=True)]
+        checks = [part.about(text, value) for text, value in zip(printed, numbers, strict=True)]
         shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
         parts[meaning] = all(check.holds for check in checks), shown
     off = [
         100 * float(abs(number.value / limit - 1))
         for number, limit in zip(own[:2], limits[:2], strict=True)
     ]
-    return (
-        statements("({}, {}) to ({}, {})".format(*printed), parts),
-        f"At the start, theta(0) = 0.1, D is {off[0]:.1f} % and E~ {off[1]:.1f} % off the limit "
-        "for t to -infinity. For the printed limits see NUM-26 to NUM-29.",
-    )
+    return statements("({}, {}) to ({}, {})".format(*printed), parts), {"off": off}
 
 
-@claim(
-    "FIG-10",
-    rule="interpretations",
-    where="Sec. 2.3, Fig. 7b",
-    control=("refuted", {"name": "E_tilde"}),
-    definition="rises between extrema found as events, relative to the whole fall of D: the "
-    "largest single one (what a graph shows), and all of them together; almost: below 1 %",
-    quote="D(t) (in Fig. 7b) is almost monotonously decreasing",
-)
+@claim("FIG-10", rule="interpretations", control="refuted", name="E_tilde")
 def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Grounds:
-    """D(t) decreases almost monotonically."""
+    """D(t) decreases almost monotonically.
+
+    Sec. 2.3, Fig. 7b: "D(t) (in Fig. 7b) is almost monotonously decreasing"
+    Definition: rises between extrema found as events, relative to the whole fall of D: the largest
+    single one (what a graph shows), and all of them together; almost: below 1 %
+    Note: The paper's reason, D = I3 omega_3 sqrt(d(cos theta)), ignores the oscillation of d(cos
+    theta), which is larger than the oscillation of omega_3.
+    """
     values = run.extrema(name)[1]
     fall = float(values[0] - values[-1])
     rises = [float(b - a) for a, b in pairwise(values) if b > a]
@@ -212,46 +206,40 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Grounds:
             every < 0.01, f"{len(rises)} rises, in sum {100 * every:.1f} % of the fall"
         ),
     }  # fmt: skip
-    return (
-        statements("almost monotonously decreasing", parts),
-        "The paper's reason, D = I3 omega_3 sqrt(d(cos theta)), ignores the oscillation of "
-        "d(cos theta), which is larger than the oscillation of omega_3.",
-    )
+    return statements("almost monotonously decreasing", parts)
 
 
-@claim(
-    "FIG-11",
-    where="Sec. 2.3, Fig. 7a, c",
-    control=("refuted", {"pair": ("E_pot", "E")}),
-    definition=f"changes of sign of E~ - E and local extrema of E~ (events); many: {MANY}",
-    quote="oscillatory behaviour of E~(t) in relation to the green curve E(t)",
-)
+@claim("FIG-11", control="refuted", pair=("E_pot", "E"))
 def oscillation_of_the_modified_energy(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
 ) -> Grounds:
-    """E~ oscillates relative to E."""
+    """E~ oscillates relative to E.
+
+    Sec. 2.3, Fig. 7a, c: "oscillatory behaviour of E~(t) in relation to the green curve E(t)"
+    Definition: changes of sign of E~ - E and local extrema of E~ (events); many: {MANY}
+    Note: E itself has {number_1} local extrema.
+    """
     changes = len(run.zeros(_difference(pair)))
     turns = len(run.extrema(pair[0])[0]) - 2
-    check = statement(
-        min(changes, turns) >= MANY,
-        f"{pair[0]} oscillates relative to {pair[1]}",
-        f"{turns} local extrema, {changes} changes of sign of the difference",
-    )
-    return check, f"E itself has {len(run.extrema('E')[0]) - 2} local extrema."
+    shown = f"{turns} local extrema, {changes} changes of sign of the difference"
+    return statement(
+        min(changes, turns) >= MANY, f"{pair[0]} oscillates relative to {pair[1]}", shown
+    ), {"number_1": len(run.extrema("E")[0]) - 2}
 
 
-@claim(
-    "FIG-12",
-    rule="interpretations",
-    control=("refuted", {"pair": ("E", "E_tilde")}),
-    definition="E~ - E at every instant of the climb (definition A; zeros found as events), and "
-    "averaged over each nutation (from one maximum of theta to the next) and over the climb",
-    quote="The modified rotational energy E~(t) is consistently larger than E(t) during inversion",
-)
+@claim("FIG-12", rule="interpretations", control="refuted", pair=("E", "E_tilde"))
 def modified_energy_is_larger(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
 ) -> Grounds:
-    """During the inversion E~ is larger than E."""
+    """During the inversion E~ is larger than E.
+
+    Sec. 2.3: "The modified rotational energy E~(t) is consistently larger than E(t) during
+    inversion"
+    Definition: E~ - E at every instant of the climb (definition A; zeros found as events), and
+    averaged over each nutation (from one maximum of theta to the next) and over the climb
+    Note: The difference goes from {depth[1]:3} to {height[1]:3} J; around its maximum it is
+    positive from {begin:4} to {until:4} s.
+    """
     climb = run.climb
     excess = _difference(pair)
     changes = run.zeros(excess, climb)
@@ -270,43 +258,43 @@ def modified_energy_is_larger(
             f"{decimal(max(averages), 2)} J",
         ),
     }  # fmt: skip
-    return (
-        statements(f"{pair[0]} > {pair[1]}", parts),
-        f"The difference goes from {decimal(depth[1], 3)} to {decimal(height[1], 3)} J; "
-        f"around its maximum it is positive from {decimal(begin, 4)} to {decimal(until, 4)} s.",
-    )
+    return statements(f"{pair[0]} > {pair[1]}", parts), {
+        "depth": depth,
+        "height": height,
+        "begin": begin,
+        "until": until,
+    }
 
 
-@claim(
-    "FIG-13",
-    control=("refuted", {"pair": ("E", "E_tilde")}),
-    definition=f"{LARGEST}; middle: the middle third of the climb (definition A)",
-    quote="the difference E~-E becomes largest in the middle of inversion",
-)
+@claim("FIG-13", control="refuted", pair=("E", "E_tilde"))
 def largest_in_the_middle(
     pair: tuple[str, str] = ("E_tilde", "E"), run: Run = REFERENCE
 ) -> Grounds:
-    """E~ - E is largest in the middle of the inversion."""
+    """E~ - E is largest in the middle of the inversion.
+
+    Sec. 2.3: "the difference E~-E becomes largest in the middle of inversion"
+    Definition: {LARGEST}; middle: the middle third of the climb (definition A)
+    Note: There {pair[0]} exceeds {pair[1]} by {value:4} J.
+    """
     climb = run.climb
     when, value = run.extremum(_difference(pair), largest=True)
     middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
     check = statement(middle, "in the middle of inversion", f"at {decimal(when, 5)} s")
-    return check, f"There {pair[0]} exceeds {pair[1]} by {decimal(value, 4)} J."
+    return check, {"value": value}
 
 
-@claim(
-    "FIG-21",
-    control=("refuted", {"angle": "1"}),
-    definition=f"{LARGEST}; theta about pi/2: within 0.2 rad",
-    quote="becomes largest in the middle of inversion when theta≈pi/2",
-)
+@claim("FIG-21", control="refuted", angle="1")
 def largest_at_the_equator(angle: str = "", run: Run = REFERENCE) -> Grounds:
-    """E~ - E is largest where theta is about pi/2."""
+    """E~ - E is largest where theta is about pi/2.
+
+    Sec. 2.3: "becomes largest in the middle of inversion when theta≈pi/2"
+    Definition: {LARGEST}; theta about pi/2: within 0.2 rad
+    Note: theta first passes pi/2 at {run.equator:5} s.
+    """
     when, _ = run.extremum(_difference(("E_tilde", "E")), largest=True)
     theta = run.value("theta", when)
     near = abs(theta - float(angle or math.pi / 2)) < 0.2
-    check = statement(near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}")
-    return check, f"theta first passes pi/2 at {decimal(run.equator, 5)} s."
+    return statement(near, f"theta about {angle or 'pi/2'}", f"theta = {decimal(theta, 4)}")
 
 
 def _difference(pair: tuple[str, str]) -> Quantity:
@@ -318,17 +306,17 @@ def _difference(pair: tuple[str, str]) -> Quantity:
     return Quantity.of(difference, "J")
 
 
-@claim(
-    "QUAL-27",
-    rule="interpretations",
-    control=("refuted", {"side": -1}),
-    definition="(omega x a).y-hat = R sin(theta)(omega_3 + phi_dot (alpha - cos(theta))), where "
-    "y-hat points behind the plane: its sign at every instant, and averaged over each nutation "
-    "(from one maximum of theta to the next) and over the climb (definition A)",
-    quote="the product omega x a points behind the plane of the picture",
-)
+@claim("QUAL-27", rule="interpretations", control="refuted", side=-1)
 def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
-    """omega x a points to y-hat, behind the plane of Fig. 1."""
+    """omega x a points to y-hat, behind the plane of Fig. 1.
+
+    Sec. 2.3: "the product omega x a points behind the plane of the picture"
+    Definition: (omega x a).y-hat = R sin(theta)(omega_3 + phi_dot (alpha - cos(theta))), where
+    y-hat points behind the plane: its sign at every instant, and averaged over each nutation (from
+    one maximum of theta to the next) and over the climb (definition A)
+    Note: The component is R alpha omega_z sin(theta) > 0 where omega is exactly vertical. Near the
+    pole the small horizontal part of omega decides its sign.
+    """
 
     def along_y(q: Motion) -> Scalar:
         return side * _along_y(cross(q.omega, q.a), q)
@@ -337,41 +325,49 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
     when, least = run.extremum(velocity, largest=False, span=run.climb)
     shown = f"least value {decimal(least, 4)} m/s at {decimal(when, 5)} s"
     parts = {"at every instant": (least > 0, shown), **_averages(velocity, run)}
-    return (
-        statements("points behind the plane", parts),
-        "The component is R alpha omega_z sin(theta) > 0 where omega is exactly vertical. Near the "
-        "pole the small horizontal part of omega decides its sign.",
-    )
+    return statements("points behind the plane", parts)
 
 
 @claim(
     "QUAL-28",
-    statement="In the climb |a| grows.",
-    given={"square": lambda q: dot(q.a, q.a), "unit": "m", "sign": 1},
+    """In the climb |a| grows.
+
+    Sec. 2.3: "|a| is growing during inversion"
+    Definition: {TREND}
+    Note: It follows the nutation of the axis.
+    """,
     rule="interpretations",
-    control=("refuted", {"sign": -1}),
-    definition=TREND,
-    quote="|a| is growing during inversion",
+    given={"square": lambda q: dot(q.a, q.a), "unit": "m", "sign": 1},
+    control="refuted",
+    sign=-1,
 )
 @claim(
     "QUAL-40",
-    statement="In the climb |omega| decreases.",
-    given={"square": lambda q: dot(q.omega, q.omega), "unit": "rad/s", "sign": -1},
+    """In the climb |omega| decreases.
+
+    Sec. 2.3: "|omega| is decreasing"
+    Definition: {TREND}
+    Note: It follows the nutation of the axis.
+    """,
     rule="interpretations",
     finding="QUAL-28",
-    control=("refuted", {"sign": 1}),
-    definition=TREND,
-    quote="|omega| is decreasing",
+    given={"square": lambda q: dot(q.omega, q.omega), "unit": "rad/s", "sign": -1},
+    control="refuted",
+    sign=1,
 )
 @claim(
     "QUAL-41",
-    statement="In the climb sin(theta) grows until pi/2.",
-    given={"square": lambda q: q.state.kx**2 + q.state.ky**2, "unit": "", "sign": 1, "half": True},
+    """In the climb sin(theta) grows until pi/2.
+
+    Sec. 2.3: "sin theta is growing until the axis 3 passes theta=pi/2"
+    Definition: {TREND}; here from t_init until theta first passes pi/2
+    Note: It follows the nutation of the axis.
+    """,
     rule="interpretations",
     finding="QUAL-28",
-    control=("refuted", {"sign": -1}),
-    definition=f"{TREND}; here from t_init until theta first passes pi/2",
-    quote="sin theta is growing until the axis 3 passes theta=pi/2",
+    given={"square": lambda q: q.state.kx**2 + q.state.ky**2, "unit": "", "sign": 1, "half": True},
+    control="refuted",
+    sign=-1,
 )
 def trend_in_the_climb(
     square: Callable[[Motion], Scalar],
@@ -392,7 +388,7 @@ def trend_in_the_climb(
     back = fall if sign > 0 else rise
     words = "growing" if sign > 0 else "decreasing"
     first, last = (f"{decimal(values[end], 4)} {unit}".strip() for end in (0, -1))
-    parts = {
+    return {
         "from one end to the other": statement(
             sign * (values[-1] - values[0]) > 0, words, f"from {first} to {last}"
         ),
@@ -402,20 +398,19 @@ def trend_in_the_climb(
             f"goes back by {decimal(back, 3)} {unit} in total".replace("  ", " "),
         ),
     }
-    return parts, "It follows the nutation of the axis."
 
 
-@claim(
-    "QUAL-29",
-    control=("refuted", {"factor": -2}),
-    definition="2|omega x a| - nu_y in the climb (definition A), averaged over each nutation (from "
-    "one maximum of theta to the next) and over the climb: a sentence with may does not speak of "
-    "every instant",
-    quote="This may altogether keep the term (2|omega x a|-nu_y) positive and sufficiently large "
-    "to make (25) positive",
-)
+@claim("QUAL-29", control="refuted", factor=-2)
 def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Grounds:
-    """2|omega x a| - nu_y may stay positive in the climb."""
+    """2|omega x a| - nu_y may stay positive in the climb.
+
+    Sec. 2.3: "This may altogether keep the term (2|omega x a|-nu_y) positive and sufficiently large
+    to make (25) positive"
+    Definition: 2|omega x a| - nu_y in the climb (definition A), averaged over each nutation (from
+    one maximum of theta to the next) and over the climb: a sentence with may does not speak of
+    every instant
+    Note: At single instants it falls to {least:4} m/s, at {when:5} s.
+    """
 
     def term(q: Motion) -> Scalar:
         arm = cross(q.omega, q.a)
@@ -423,10 +418,7 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Grounds:
 
     velocity = Quantity.of(term, "m/s")
     when, least = run.extremum(velocity, largest=False, span=run.climb)
-    return (
-        statements("positive", _averages(velocity, run)),
-        f"At single instants it falls to {decimal(least, 4)} m/s, at {decimal(when, 5)} s.",
-    )
+    return statements("positive", _averages(velocity, run)), {"least": least, "when": when}
 
 
 def _averages(velocity: Quantity, run: Run) -> dict[str, tuple[bool, str]]:
@@ -447,18 +439,16 @@ def _along_y(vector: Vector, q: Motion) -> Scalar:
     return vector[1] * q.x_hat[0] - vector[0] * q.x_hat[1]
 
 
-@claim(
-    "FIG-14",
-    rule="misprint",
-    where="Sec. 2.3, end",
-    control=("reproduced", {"references": CORRECT_REFERENCE}),
-    definition="the panel named must show, by its caption, what the sentence speaks about; labels "
-    "total_plots2 b and c are panels b and c of Figure 3",
-    quote="In Fig. 3b we cannot estimate the size of each term ... the graph 3c where the "
-    "difference E~-E becomes largest",
-)
+@claim("FIG-14", rule="misprint", control="reproduced", references=CORRECT_REFERENCE)
 def cross_references(references: Mapping[str, str] = REFERRED) -> Grounds:
-    """The last two references to figures name the panels that show the quantities discussed."""
+    """The last two references to figures name the panels that show the quantities discussed.
+
+    Sec. 2.3, end: "In Fig. 3b we cannot estimate the size of each term ... the graph 3c where the
+    difference E~-E becomes largest"
+    Definition: the panel named must show, by its caption, what the sentence speaks about; labels
+    total_plots2 b and c are panels b and c of Figure 3
+    Note: Fig. 3b shows the spin and Fig. 3c the normal force.
+    """
 
     def compare(named: Mapping[str, str]) -> Part:
         shown = (
@@ -470,20 +460,15 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Grounds:
             ", ".join(shown),
         )
 
-    check = map(compare, (references, CORRECT_REFERENCE))
-    return check, "Fig. 3b shows the spin and Fig. 3c the normal force."
+    return part.misprint(compare, references, CORRECT_REFERENCE)
 
 
-@claim(
-    "FIG-16",
-    where="captions of Figs 2 to 7; Sec. 2.3",
-    control=None,
-    quote="(blue), (yellow), (grey), (green), (red); light blue line",
-)
+@claim("FIG-16")
 def colours() -> Grounds:
-    """The figures show the curves in the colours that captions and text name."""
-    return (
-        untestable("colours of curves"),
-        "The available source has no pictures, so the colours cannot be checked. The captions of "
-        "Figs 4 and 6 name no colour, and Fig. 7 names only the colour of E.",
-    )
+    """The figures show the curves in the colours that captions and text name.
+
+    captions of Figs 2 to 7; Sec. 2.3: "(blue), (yellow), (grey), (green), (red); light blue line"
+    Note: The available source has no pictures, so the colours cannot be checked. The captions of
+    Figs 4 and 6 name no colour, and Fig. 7 names only the colour of E.
+    """
+    return part.untestable("colours of curves")

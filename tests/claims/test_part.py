@@ -1,0 +1,136 @@
+"""Digits of measured numbers, and comparisons at the edge of their rules."""
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import pytest
+
+from tt_precise.claims import part
+from tt_precise.claims.part import Part, Value
+
+ONES = Fraction("1." + "1" * 50)
+
+
+@pytest.mark.parametrize(
+    ("compare", "edges"),
+    [
+        (
+            lambda x: part.rounds_to("0.005106", x),
+            "0.00510649 rounded, 0.0051065 rounded, 0.00510651 refuted",
+        ),
+        (lambda x: part.rounds_to("-6.667e-4", x), "-6.6674e-4 rounded, 6.667e-4 refuted"),
+        (lambda x: part.rounds_to("155", x), "155.4 rounded, 155.6 refuted"),
+        (lambda x: part.rounds_to("1.50", x), "1.504 rounded, 1.506 refuted"),
+        (lambda x: part.rounds_to("3.", x), "3.4 rounded"),
+        (lambda x: part.about("7.87", x), "7.874 rounded, 7.88 reproduced, 7.8801 refuted"),
+        (lambda x: part.about("80", x), "80.3 rounded, 89 reproduced, 91 refuted"),
+        (lambda x: part.about("0.34", x), "0.349 reproduced"),
+        (lambda x: part.about("10.0", x), "10.1 reproduced, 10.2 refuted"),
+        (lambda x: part.about("-85", x), "-84 reproduced, -82.9 refuted, 85 refuted"),
+        (lambda x: part.at_most("0.8", x), "0.3 reproduced, 0.84 rounded, 0.86 refuted"),
+        (
+            lambda x: part.at_most_order("1e-6", x),
+            "1e-15 reproduced, -3.16e-6 reproduced, 3.17e-6 refuted",
+        ),
+        (
+            lambda x: part.approximate("about", x, 1),
+            "0.1 reproduced, -0.1 reproduced, 0.101 refuted",
+        ),
+        (lambda x: part.agrees("f", ONES, ONES + x, 40), "1e-42 reproduced, 2e-40 refuted"),
+        (lambda x: part.untestable("so"), "0 open"),
+    ],
+)
+def test_a_part_at_the_edges_of_its_rule(compare: Callable[[Fraction], Part], edges: str) -> None:
+    for edge in edges.split(", "):
+        value, outcome = edge.split()
+        assert compare(Fraction(value)).outcome == outcome, edge
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "proved"),
+    [("1.5", "1.54", True), ("1.5", "1.56", False), ("1.6", "1.61", False)],
+)
+def test_a_value_is_proved_where_both_ends_of_its_enclosure_agree(
+    low: str, high: str, proved: bool
+) -> None:
+    value = Value(Fraction("1.51"), 3)
+    enclosed = value.within((Fraction(low), Fraction(high)))
+    assert part.rounds_to("1.5", enclosed).proved is proved
+    assert not part.rounds_to("1.5", enclosed.within(None)).proved
+
+
+def test_a_proof_is_of_the_outcome_and_needs_exact_numbers() -> None:
+    # a number that is about 1.5 need not round to it
+    near = Value(Fraction("1.58"), 3, (Fraction("1.54"), Fraction("1.59")))
+    assert part.about("1.5", near).holds
+    assert not part.about("1.5", near).proved
+    assert part.rounds_to("1.5", Fraction(3, 2)).proved
+    assert not part.rounds_to("1.5", 1.5).proved
+
+
+@pytest.mark.parametrize("bad", ["", "1,5", "0x10", "nan", "1.5 s"])
+def test_a_printed_number_is_a_number(bad: str) -> None:
+    with pytest.raises(ValueError, match="printed number"):
+        part.rounds_to(bad, 1)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        ("0", 5, "0"),
+        ("1.5", 3, "1.50"),
+        ("0.005106366", 4, "0.005106"),
+        ("-82.86640856", 4, "-82.87"),
+        ("9.996", 3, "10.0"),
+        ("99999", 2, "1.0e5"),
+        ("1.5e-33", 2, "1.5e-33"),
+        ("0.00009", 1, "9e-5"),
+        ("155", 3, "155"),
+        ("155", 1, "2e2"),
+    ],
+)
+def test_decimal(value: str, digits: int, text: str) -> None:
+    assert part.decimal(Fraction(value), digits) == text
+
+
+@pytest.mark.parametrize(
+    ("other", "digits"), [("1.0001", 3), ("1.00004", 4), ("1.0000001", 6), ("2", 0), ("-1", 0)]
+)
+def test_a_value_counts_agreeing_digits(other: str, digits: int) -> None:
+    assert Value.of(Fraction(1), Fraction(other)).digits == digits
+    assert Value.of(1, 1).digits == part.MOST_DIGITS
+    assert Value.of(Fraction(1), 1 + Fraction(1, 10**60), most=40).digits == 40
+
+
+@pytest.mark.parametrize("number", [3, 0.1, Fraction(1, 3), mpmath.mpf("-0.3"), mpmath.mpf(0)])
+def test_fraction_of_is_exact(number: Any) -> None:
+    assert part.fraction_of(number) == part.fraction_of(Value(number, 5))
+    assert float(part.fraction_of(number)) == float(Value(number, 5)) == float(number)
+
+
+@pytest.mark.parametrize("bad", [mpmath.nan, mpmath.inf, float("nan")])
+def test_nan_is_not_a_measurement(bad: object) -> None:
+    with pytest.raises(ValueError, match=r"finite|NaN"):
+        part.fraction_of(bad)
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (Value(Fraction("1.4649"), 3), "1.46 s"),
+        (2 / 3, "0.666666666667 s"),
+        (Fraction(2, 3), "0.66666666666666666667 s"),
+        (350, "350 s"),
+    ],
+)
+def test_numbers_show_the_digits_they_have(number: Any, text: str) -> None:
+    assert part.rounds_to("1.5", number, "s").measured == text
+
+
+@pytest.mark.parametrize(
+    ("value", "power"), [("1", 0), ("9.99", 0), ("10", 1), ("1e-40", -40), ("9.9e-41", -41)]
+)
+def test_power_of_ten_of_a_value(value: str, power: int) -> None:
+    assert part.decade(Fraction(value)) == power
