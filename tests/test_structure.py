@@ -227,7 +227,6 @@ TESTED_ELSEWHERE = {
     **{f"extremes/{name}.py": CASES for name in (
         "contact", "geometry", "horizons", "machine", "parameters", "runs", "sensitivity",
     )},
-    "claims/rauch_rutstam/identities.py": CHAPTERS,
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "integration/registry.py": "nonsmooth/test_registration.py",  # of what is registered

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from tt_precise import golden
 from tt_precise.claims import JudgedClaim, part
 from tt_precise.claims.committed import committed, run_record
-from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS
+from tt_precise.claims.rauch_rutstam import ANSWERS
 from tt_precise.claims.verdicts import conclude
 from tt_precise.report import overview
 from tt_precise.report.document import Card, ClaimList, Section, Text

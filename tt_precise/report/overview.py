@@ -16,7 +16,7 @@ from msgspec import to_builtins
 from tt_precise.claims import JudgedClaim, Verdict, counts
 from tt_precise.claims.committed import Committed, JudgingRun
 from tt_precise.claims.paper import HEADLINES, LAMBDA_KEPT, SECTIONS
-from tt_precise.claims.rauch_rutstam.proofreading import ANSWERS, UNTESTED
+from tt_precise.claims.rauch_rutstam import ANSWERS, UNTESTED
 from tt_precise.claims.verdicts import RULES
 from tt_precise.golden import store
 from tt_precise.report.document import (

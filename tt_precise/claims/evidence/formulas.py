@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import cache
+from typing import Any
 
 from tt_precise.claims.part import Part, decimal, formula, statement
 from tt_precise.exact.chart import EulerChart
@@ -22,6 +23,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import NAMES, Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, d
 from tt_precise.mechanics.rolling import RollingEulerState
+from tt_precise.mechanics.vectors import cross, dot, scaled
 from tt_precise.runtime.values import Functions, Scalar
 
 # A state without symmetry at which everything, including the root in Routh's function, is rational;
@@ -127,6 +129,33 @@ def equal_vectors(printed: Sequence[Scalar], truth: Sequence[Scalar], equation: 
         equal(component, exact, equation) for component, exact in zip(printed, truth, strict=True)
     ]
     return next((part for part in parts if not part.holds), parts[0])
+
+
+@cache
+def identity(printed: str, derived: str, equation: str) -> Part:
+    """Compare two formulas in the words of ``vocabulary``; scalars or vectors.
+
+    The result is cached: a control changes one part of a claim and reuses the other parts.
+    """
+    left, right = (parse(side, vocabulary()) for side in (printed, derived))
+    compare = equal_vectors if isinstance(right, tuple) else equal
+    return compare(left, right, equation)
+
+
+@cache
+def vocabulary() -> Mapping[str, Any]:
+    """The names of a formula with vectors, rates and functions of the state."""
+    q, rates = motion(), vector_rates()
+    F = q.force
+    return {
+        **names(), "dot": dot, "cross": cross, "scaled": scaled, "s_dot": q.s_dot,
+        "v_A": q.state.v, "v_A_dot": (rates.vx, rates.vy, 0), "omega": q.omega, "a": q.a,
+        "axis": q.k, "axis_dot": (rates.kx, rates.ky, rates.kz), "L": q.state.L,
+        "L_dot": (rates.Lx, rates.Ly, rates.Lz), "F": F, "F_f": (F[0], F[1], 0),
+        "tau": q.torque, "z_hat": (0, 0, 1), "z": chart().c, "D": quantity("D"),
+        "lambda_": quantity("lambda"), "quantity": quantity, "rate": rate,
+        "rate_of": rate_of, "rolling_rate": rolling_rate,
+    }  # fmt: skip
 
 
 @cache

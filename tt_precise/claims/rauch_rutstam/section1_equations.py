@@ -10,6 +10,7 @@ from tt_precise.claims.evidence.formulas import (
     chart,
     equal,
     equal_vectors,
+    identity,
     motion,
     parse,
     prove_identity,
@@ -62,6 +63,22 @@ NORMAL_FORCE = (
     " - I3*phi_dot*omega_3*sin(theta)**2))"
     "/(I1 + m*R**2*alpha**2*sin(theta)**2"
     " - m*R**2*alpha*sin(theta)*(1 - alpha*cos(theta))*mu*nu_x)"
+)
+LOSS = "-mu*g_n*(nu_x**2 + nu_y**2)"
+MODIFIED_ENERGY = (
+    "(I1*phi_dot**2*sin(theta)**2 + I1*theta_dot**2 + I3*omega_3**2)/2"
+    " + m*g*R*(1 - alpha*cos(theta))"
+    " + m*R**2/2*((alpha - cos(theta))**2*(theta_dot**2 + phi_dot**2*sin(theta)**2)"
+    " + sin(theta)**2*(theta_dot**2 + omega_3**2 + 2*omega_3*phi_dot*(alpha - cos(theta))))"
+)
+ROUTH_SQUARED = "I1*I3 + m*R**2*I3*(alpha - cos(theta))**2 + m*R**2*I1*sin(theta)**2"
+D_OF_Z = "gamma + sigma*(alpha - cos(theta))**2 + sigma*gamma*(1 - cos(theta)**2)"
+ROUTH_RATE = "gamma*m/(alpha*sqrt(d(cos(theta))))"
+EFFECTIVE_MASS = "I3/2*(sigma*((alpha - cos(theta))**2 + 1 - cos(theta)**2) + gamma)"
+EFFECTIVE_POTENTIAL = (
+    "m*g*R*(1 - alpha*z)"
+    " + (lambda_*sqrt(d(z)) + R*D*(alpha - z))**2/(2*I3*R**2*gamma**2*(1 - z**2))"
+    " + (R**2*D**2 - sigma*lambda_**2)/(2*R**2*I1)"
 )
 
 
@@ -242,3 +259,143 @@ def normal_force(printed: str = NORMAL_FORCE) -> Grounds:
     """
     derived = newton.normal_force(chart().body, motion().state)
     return {"g_n": equal(printed, derived, "g_n = " + printed)}
+
+
+# ---- conserved quantities, and the functions of the Main Equation --------------------------------
+
+
+@claim("EQ-04", control="partly", rate="R*alpha/I3")
+def constant_product(rate: str = "R*alpha/I1") -> Grounds:
+    """-L.a is constant, because a_dot = (R alpha/I1) L x 3.
+
+    Sec. 1, after eq (1): "lambda=-L.a ... -L.(R alpha/I1 (L x 3))=0"
+    Note: L_dot.a = (a x F).a vanishes for every force at A, and L.a_dot is a triple product with L
+    twice.
+    """
+    printed, derived = f"scaled({rate}, cross(L, axis))", "scaled(R*alpha, axis_dot)"
+    product = f"-dot(L_dot, a) - dot(L, {derived})"
+    return {
+        "a_dot": identity(printed, derived, f"a_dot = {rate}*cross(L, axis)"),
+        "lambda_dot": identity("0", product, "lambda_dot = 0"),
+    }
+
+
+@claim("EQ-05", control="refuted", printed=f"{LOSS}/2")
+def energy_rate(printed: str = LOSS) -> Grounds:
+    """The energy falls at the rate v_A.F = -mu g_n |v_A|^2.
+
+    Sec. 1: "E_dot=v_A.F=-mu g_n |v_A|^2"
+    Note: E is differentiated along the equations of motion, with the g_n of the contact constraint;
+    v_A has no vertical component, so the normal force does no work.
+    """
+    return {
+        "E_dot": identity(printed, "rate_of('E')", f"E_dot = {printed}"),
+        "v_A.F": identity(printed, "dot(v_A, F)", f"dot(v_A, F) = {printed}"),
+    }
+
+
+@claim("EQ-15", control="refuted", printed=MODIFIED_ENERGY.replace("+ 2*omega_3", "- 2*omega_3"))
+def modified_energy(printed: str = MODIFIED_ENERGY) -> Grounds:
+    """The energy with s_dot = -omega x a is the printed expression in Euler angles.
+
+    eq (8): "E~=... (with s_dot=-omega x a)"
+    Note: Expanded from m (omega x a)^2/2 + omega.L/2 + m g s.z.
+    """
+    return identity(printed, "quantity('E_tilde')", f"E_tilde = {printed}")
+
+
+@claim("EQ-16", control="refuted", printed=ROUTH_SQUARED.replace("R**2*I1", "R**2*I3"))
+def routh_function(printed: str = ROUTH_SQUARED) -> Grounds:
+    """The two printed forms of Routh's function agree, with d(cos theta) as printed.
+
+    eq (9): "D=omega_3 sqrt(I1 I3+...)=I3 omega_3 sqrt(d(cos theta))"
+    Note: Both forms are omega_3 times a positive root, so comparing the radicands is enough.
+    """
+    other = f"I3**2*({D_OF_Z})"
+    return identity(printed, other, f"{printed} = {other}")
+
+
+@claim("EQ-17", control="refuted", name="L_z")
+def jellett_constant(name: str = "lambda") -> Grounds:
+    """lambda is constant along the gliding motion.
+
+    eq (10): "d/dt lambda=0"
+    Note: Differentiated along the equations of motion.
+    """
+    return identity("0", f"rate_of('{name}')", f"ddt({name}) = 0")
+
+
+@claim("EQ-18", control="refuted", factor=ROUTH_RATE.replace("alpha", "R*alpha"))
+def routh_rate(factor: str = ROUTH_RATE) -> Grounds:
+    """Routh's function changes at the rate gamma m/(alpha sqrt(d)) (z x a).v_A_dot.
+
+    eq (11): "d/dt D=gamma m/(alpha sqrt(d)) (z x a).v_A_dot"
+    Note: v_A_dot is the derivative of the vector v_A, not of its components in the turning frame.
+    """
+    printed = f"{factor}*dot(cross(z_hat, a), v_A_dot)"
+    return identity(printed, "rate_of('D')", f"ddt(D) = {printed}")
+
+
+@claim("EQ-19", control="refuted", factor="-m")
+def modified_energy_rate(factor: str = "m") -> Grounds:
+    """E~ changes at the rate m (omega x a).v_A_dot.
+
+    eq (12): "d/dt E~=m (omega x a).v_A_dot"
+    Note: Differentiated along the equations of motion, with g_n from the contact constraint.
+    """
+    printed = f"{factor}*dot(cross(omega, a), v_A_dot)"
+    return identity(printed, "rate_of('E_tilde')", f"ddt(E_tilde) = {printed}")
+
+
+@claim("EQ-20", control="refuted", factor="-mu*g_n*m")
+def horizontal_momentum(factor: str = "-mu*g_n") -> Grounds:
+    """The horizontal momentum of the centre of mass changes only by friction.
+
+    eq (13): "d/dt m r_dot=-mu g_n v_A"
+    Note: r is the horizontal part of s, so the normal force and the weight drop out.
+    """
+    turning = "(m*(rate(s_dot[0]) - phi_dot*s_dot[1]), m*(rate(s_dot[1]) + phi_dot*s_dot[0]))"
+    return identity(f"scaled({factor}, v_A)[:2]", turning, f"m*r_ddot = {factor}*v_A")
+
+
+@claim("EQ-22", control="refuted", mass=EFFECTIVE_MASS.replace("+ gamma", "- gamma"))
+def main_equation(mass: str = EFFECTIVE_MASS) -> Grounds:
+    """E~ = g(cos theta) theta_dot^2 + V with the printed g and V: the Main Equation.
+
+    Sec. 1, eq (17): "E~(t)=g(cos theta) theta_dot^2+V(cos theta,D(t),lambda)"
+    Note: phi_dot and omega_3 are eliminated with lambda and D.
+    """
+    kinetic = f"{mass}*theta_dot**2"
+    printed, equation = f"{kinetic} + {EFFECTIVE_POTENTIAL}", f"E_tilde = {kinetic} + V"
+    return identity(printed, "quantity('E_tilde')", equation)
+
+
+@claim(
+    "EQ-23",
+    control="refuted",
+    printed=EFFECTIVE_POTENTIAL.replace("- sigma*lambda_", "+ sigma*lambda_"),
+)
+def potential(printed: str = EFFECTIVE_POTENTIAL) -> Grounds:
+    """The effective potential with its three terms is E~ at theta_dot = 0.
+
+    Sec. 1, eq (18): "V(z,D(t),lambda)=..."
+    Note: The part of E~ without theta_dot, with phi_dot and omega_3 expressed by lambda and D.
+    """
+    derived = f"quantity('E_tilde') - {EFFECTIVE_MASS}*theta_dot**2"
+    return {"V": identity(printed, derived, f"V = {printed}")}
+
+
+@claim("EQ-44", control="partly", integrals=("L_z", "D", "E_tilde"))
+def integrals_of_rolling(integrals: tuple[str, ...] = ("lambda", "D", "E_tilde")) -> Grounds:
+    """lambda, D and E~ are integrals of motion of the rolling sphere.
+
+    Sec. 1, before eq (8): "functions which are integrals of motion for the rolling axisymmetric
+    sphere"
+    Note: Differentiated along the rolling equations, v_A = 0. So the Main Equation has the form of
+    the rolling sphere's separation equation.
+    """
+    names = zip(("lambda", "D", "E~"), integrals, strict=True)
+    return {
+        name: identity("0", f"rolling_rate('{integral}')", f"ddt({integral}) = 0")
+        for name, integral in names
+    }

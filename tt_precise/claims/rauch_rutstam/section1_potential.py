@@ -18,7 +18,7 @@ from tt_precise.claims.evidence.formulas import chart, equal, evaluate, motion, 
 from tt_precise.claims.evidence.motions import minima, minimum, swing_time
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rising, variant
 from tt_precise.claims.part import Part, decimal, statement, statements
-from tt_precise.claims.rauch_rutstam.identities import ROUTH_RATE
+from tt_precise.claims.rauch_rutstam.section1_equations import ROUTH_RATE
 from tt_precise.claims.verdicts import Grounds
 from tt_precise.exact.arithmetic import own_context
 from tt_precise.mechanics import thresholds

@@ -15,6 +15,7 @@ from tt_precise.claims.evidence.formulas import (
     chart,
     equal,
     equal_vectors,
+    identity,
     motion,
     parse,
     rate_of,
@@ -33,6 +34,28 @@ START = "closed form in the start values"
 AT_8_S, AT_0_S, THEORY = "0.005106", "0.002755", "1.8571"
 PARTS = ("E_trans", "E_rot", "E_pot")
 CLOSED = "1e-9"  # A difference below this share of E(0) is rounding.
+TRANSLATIONAL = (
+    "m/2*((nu_x*cos(theta) - R*theta_dot*(alpha - cos(theta)))**2"
+    " + (nu_y - R*sin(theta)*(omega_3 + phi_dot*(alpha - cos(theta))))**2"
+    " + (nu_x*sin(theta) + R*theta_dot*sin(theta))**2)"
+)
+ROTATIONAL = "(I1*(theta_dot**2 + phi_dot**2*sin(theta)**2) + I3*omega_3**2)/2"
+CHAIN = (
+    "dot(s_dot, F) - m*g*dot(s_dot, z_hat) + dot(omega, cross(a, F)) + m*g*dot(s_dot, z_hat)",
+    "dot(v_A, F) - dot(cross(omega, a), F) - m*g*dot(s_dot, z_hat) + dot(omega, cross(a, F))"
+    " + m*g*dot(s_dot, z_hat)",
+    "dot(v_A, F_f) - dot(cross(omega, a), F) + dot(omega, cross(a, F))",
+    "dot(v_A, F_f)",
+    "-mu*g_n*dot(v_A, v_A)",
+)
+TORQUE = (
+    "-R*(1 - alpha*cos(theta))*mu*g_n*nu_y",
+    "-R*alpha*g_n*sin(theta) + R*mu*g_n*nu_x*(1 - alpha*cos(theta))",
+    "-R*alpha*mu*g_n*nu_y*sin(theta)",
+)
+TO_ROTATION, TO_POTENTIAL = "dot(omega, cross(a, F))", "m*g*dot(s_dot, z_hat)"
+DIFFERENCE = "m*dot(v_A, cross(omega, a)) - m*dot(v_A, v_A)/2"
+SLOPE, BOUND = "R*mu*g_n*(1 - alpha*cos(theta))", "alpha*sin(theta)/(mu*(1 - alpha*cos(theta)))"
 
 
 @claim("NUM-25", control="refuted", printed="0.31")
@@ -488,3 +511,117 @@ def rates_oscillate(run: Run = REFERENCE) -> Grounds:
         parts[name] = oscillates, f"{extrema} extrema, {changes} changes of sign"
     highest = float(run.extrema("E_dot")[1].max())
     return statements("oscillates", parts), {"highest": highest}
+
+
+# ---- identities for every body and state ---------------------------------------------------------
+
+
+@claim(
+    "EQ-31",
+    control="partly",
+    translational=TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -"),
+)
+def parts_of_the_energy(translational: str = TRANSLATIONAL) -> Grounds:
+    """The three parts of the energy in Euler angles.
+
+    Sec. 2.3, eq (22): "E=E_trans+E_rot+E_pot=..."
+    Note: The bracket of E_trans holds the components of s_dot = v_A - omega x a along 1, y, 3.
+    """
+    printed = (translational, ROTATIONAL, "m*g*R*(1 - alpha*cos(theta))")
+    return {
+        name: identity(text, f"quantity('{name}')", f"{name} = {text}")
+        for name, text in zip(PARTS, printed, strict=True)
+    }
+
+
+@claim("EQ-32", control="partly", first=CHAIN[0].replace("+ m*g", "- m*g"))
+def chain_of_the_energy_rate(first: str = CHAIN[0]) -> Grounds:
+    """Every step of the derivation of E_dot = -mu g_n v_A^2 is right.
+
+    Sec. 2.3, eq (23): "E_dot=... (four lines)"
+    Note: Each expression of the chain equals E differentiated along the equations of motion.
+    """
+    return {
+        f"step {number}": identity(text, "rate_of('E')", f"E_dot = {text}")
+        for number, text in enumerate((first, *CHAIN[1:]), start=1)
+    }
+
+
+@claim("EQ-34", control="refuted", printed="m*g*dot(v_A, z_hat)")
+def transfer_to_potential_energy(printed: str = TO_POTENTIAL) -> Grounds:
+    """m g s_dot.z passes from E_trans to E_pot.
+
+    Sec. 2.3: "m g s_dot.z is the rate of energy transfer from the translational part into potential
+    energy E_pot"
+    Note: E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f.
+    """
+    rest = f"dot(v_A, F_f) - {TO_ROTATION} - {printed}"
+    return {
+        "E_pot gains it": identity(printed, "rate_of('E_pot')", f"E_pot_dot = {printed}"),
+        "E_trans loses it": identity(rest, "rate_of('E_trans')", f"E_trans_dot = {rest}"),
+    }
+
+
+@claim("EQ-49", control="refuted", printed="dot(omega, cross(F, a))")
+def transfer_to_rotation(printed: str = TO_ROTATION) -> Grounds:
+    """omega.(a x F) passes between E_trans and E_rot.
+
+    Sec. 2.3: "it transfers energy between the translational and rotational components"
+    Note: E_trans changes by -m g s_dot.z - omega.(a x F) + v_A.F_f.
+    """
+    rest = f"dot(v_A, F_f) - {TO_POTENTIAL} - {printed}"
+    return {
+        "E_rot gains it": identity(printed, "rate_of('E_rot')", f"E_rot_dot = {printed}"),
+        "E_trans loses it": identity(rest, "rate_of('E_trans')", f"E_trans_dot = {rest}"),
+    }
+
+
+@claim("EQ-35", control="partly", along_x=TORQUE[0][1:])
+def components_of_the_torque(along_x: str = TORQUE[0]) -> Grounds:
+    """The components of the torque a x F in the frame (x, y, z).
+
+    Sec. 2.3: "tau_x=..., tau_z=..., tau_y=..."
+    Note: a x F with a = R(alpha 3 - z) and F = g_n(z - mu v_A).
+    """
+    return {
+        f"tau_{axis}": identity(text, f"tau[{'xyz'.index(axis)}]", f"tau_{axis} = {text}")
+        for axis, text in zip("xyz", (along_x, *TORQUE[1:]), strict=True)
+    }
+
+
+@claim("EQ-36", control="refuted", printed=DIFFERENCE.replace("/2", ""))
+def difference_of_the_energies(printed: str = DIFFERENCE) -> Grounds:
+    """E~ is E - m v_A^2/2 + m v_A.(omega x a).
+
+    Sec. 2.3: "E~=E-m v_A^2/2+m v_A.(omega x a)"
+    Note: From m (v_A - omega x a)^2/2 with and without v_A.
+    """
+    return identity(printed, "quantity('E_tilde') - quantity('E')", f"E_tilde - E = {printed}")
+
+
+@claim("EQ-41", control="partly", along_x=TORQUE[0][1:])
+def signs_of_the_torque(along_x: str = TORQUE[0]) -> Grounds:
+    """tau_x and tau_z are negative where nu_y is positive.
+
+    Sec. 2.3: "The components tau_x=... and tau_z=... are negative whenever nu_y>0"
+    Definition: where g_n > 0 and 0 < theta < pi
+    Note: Both are nu_y times a negative factor.
+    """
+    along_z, slope = TORQUE[2], "-mu*R*g_n*alpha*sin(theta)"
+    return {
+        "tau_x per nu_y": identity(f"({along_x})/nu_y", f"-{SLOPE}", f"tau_x = {along_x}"),
+        "tau_z per nu_y": identity(f"({along_z})/nu_y", slope, f"tau_z = {along_z}"),
+    }
+
+
+@claim("EQ-50", control="refuted", printed=TORQUE[1].replace("-R*alpha", "R*alpha"))
+def sign_of_the_torque_along_y(printed: str = TORQUE[1]) -> Grounds:
+    """tau_y is negative where nu_x is negative or small.
+
+    Sec. 2.3: "tau_y=... is negative whenever nu_x<0 or nu_x is sufficiently small"
+    Definition: where g_n > 0 and 0 < theta < pi
+    Note: tau_y is a positive factor times nu_x - {BOUND}: negative for nu_x below this positive
+    bound, the meaning of sufficiently small.
+    """
+    derived = f"{SLOPE}*(nu_x - {BOUND})"
+    return {"tau_y < 0 below a bound on nu_x": identity(printed, derived, f"tau_y = {printed}")}
