@@ -521,7 +521,7 @@ def rates_oscillate(run: Run = REFERENCE) -> Grounds:
     control="partly",
     translational=TRANSLATIONAL.replace("nu_x*sin(theta) +", "nu_x*sin(theta) -"),
 )
-def parts_of_the_energy(translational: str = TRANSLATIONAL) -> Grounds:
+def three_energies(translational: str = TRANSLATIONAL) -> Grounds:
     """The three parts of the energy in Euler angles.
 
     Sec. 2.3, eq (22): "E=E_trans+E_rot+E_pot=..."
