@@ -52,8 +52,8 @@ def refused(said: Said) -> Said:
     ("name", "value", "message"),
     [
         ("R", "0,1", "R: got '0,1', expected"),
-        ("mu", "1e999", "mu: got a number of 1000 digits"),
-        ("omega_3", "-1e301", "omega_3: got a number of 302 digits"),
+        ("mu", "1e999", "mu: got more than 1e300"),
+        ("omega_3", "-1e301", "omega_3: got more than 1e300"),
         ("model", '"', "not a TOML file"),
     ],
 )
@@ -270,8 +270,7 @@ def test_a_command_that_people_try_names_the_one_that_does_it(
          "scene new top.toml`."),
         (("run", "reference", "--csv", "a"), "See `tt-precise run --help`."),
         (("run", "reference", "theta"), ": lists are written with commas, without spaces. See"),
-        (("run", "reference", "--until", "1h"), "until: got '1h', expected an exact number as "
-         'a string, such as "0.02", "1e-9", "131/350" or "0.004/0.017" or, with a unit, "10 s"'),
+        (("run", "reference", "--until", "1h"), "until: got '1h', expected a time, such as"),
         (("run", "reference", "--set", "mu=2"), "option '--set'. It stands in the scene's file"),
         (("sweep", "reference", "--plot", "a.png"), "`tt-precise sweep plot RESULT` and"),
         (("sweep", "reference", "mu=1:2:3"), "--vary NAME=FIRST:LAST:COUNT"),

@@ -146,7 +146,7 @@ def test_an_end_that_is_a_state_of_its_own_is_no_threshold() -> None:
     [
         ("reference", "omega_3", "160:170", "contact_lost", "  omega_3 = 165 rad/s\n"),
         ("reference", "mu", "0.3:0.5", "contact_kept", "answer changes to no: contact lost at 3.1"),
-        ("reference", "R_mm", "19:20", "contact_kept", "R_mm varied at fixed alpha, I1/(m R^2)"),
+        ("reference", "R", "19mm:2cm", "contact_kept", "R varied at fixed alpha (R), I1 (m R^2)"),
         ("flight", "rise", "0.1:0.2", "contact_lost", "none: the answer is no at all of 2"),
     ],
 )
@@ -206,7 +206,7 @@ def test_a_finer_arithmetic_that_contradicts_is_said(
             {"goal": "both"},
             "goal: got 'both', expected one of: equator, inverted, contact_lost",
         ),
-        ({"name": "theta", "ends": "1:30"}, 'theta: got 30, .*then write "30 deg"'),
+        ({"name": "theta", "ends": "1:30"}, 'theta: got 30, .*such as "10 deg"'),
     ],
 )
 def test_refuses(changes: dict[str, object], message: str) -> None:

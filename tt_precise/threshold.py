@@ -28,8 +28,7 @@ from tt_precise.runtime.values import (
     require_name,
     whole_number,
 )
-from tt_precise.scene.body import kept_fixed
-from tt_precise.scene.numerals import written
+from tt_precise.scene.entries import kept_fixed, written
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.specification import Ends, box_ends, unit_of, variable
 

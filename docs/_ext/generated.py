@@ -16,7 +16,7 @@ DOCS = Path(__file__).parents[1]
 MEASURED = DOCS.parent / "reports/measured"
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
+def table_of(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
     """Lines of a Markdown table."""
     for row in (header, ["---"] * len(header), *rows):
         yield "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
@@ -29,7 +29,7 @@ def columns(_: str) -> Iterator[str]:
     for name, members in column_sets().items():
         yield from (f"**{name[0].upper()}{name[1:]}**", "")
         rows = [(f"`{name}`", column["unit"], meaning(column)) for name, column in members.items()]
-        yield from table(("column", "unit", "meaning"), rows)
+        yield from table_of(("column", "unit", "meaning"), rows)
         yield ""
     for sentence in CONVENTIONS:
         yield f"- {sentence}"
@@ -43,7 +43,20 @@ def scenes(_: str) -> Iterator[str]:
     rows = [
         (f"`{scene.name}`", scene.model, f"{float(scene.until):g}", scene.title) for scene in loaded
     ]
-    yield from table(("name", "model", "until / s", "title"), rows)
+    yield from table_of(("name", "model", "until / s", "title"), rows)
+
+
+def entries(table: str) -> Iterator[str]:
+    """The entries of a table of a scene file."""
+    from tt_precise.scene.entries import ENTRIES
+
+    rows = []
+    for name, entry in ENTRIES.items():
+        if entry.table == table:
+            size = f"; or a size (a number with a unit of {entry.size})" if entry.size else ""
+            ranges = f"; {entry.range}" if entry.range else ""
+            rows.append((f"`{name}`", entry.unit, f"{entry.meaning}{size}{ranges}"))
+    yield from table_of(("key", "unit", "meaning and range"), rows)
 
 
 def events(_: str) -> Iterator[str]:
@@ -55,14 +68,14 @@ def events(_: str) -> Iterator[str]:
     rows.append((f"`{ZERO}NAME`", f"a quantity changes sign, such as `{ZERO}E_dot`"))
     rows += [(f"`{name}` (always recorded)", meaning) for name, meaning in JOINING.items()]
     rows += [(f"`{name}` (always watched)", meaning) for name, meaning in TERMINAL.items()]
-    yield from table(("event", "meaning"), rows)
+    yield from table_of(("event", "meaning"), rows)
 
 
 def switches(_: str) -> Iterator[str]:
     """The events that end a segment of a motion and begin the next."""
     from tt_precise.integration.events import JOINING
 
-    yield from table(("event", "meaning"), [(f"`{n}`", text) for n, text in JOINING.items()])
+    yield from table_of(("event", "meaning"), [(f"`{n}`", text) for n, text in JOINING.items()])
 
 
 def quantities(_: str) -> Iterator[str]:
@@ -70,14 +83,14 @@ def quantities(_: str) -> Iterator[str]:
     from tt_precise.commands.columns import quantities
 
     rows = [(f"`{name}`", one["unit"], one["meaning"]) for name, one in quantities().items()]
-    yield from table(("quantity", "unit", "meaning"), rows)
+    yield from table_of(("quantity", "unit", "meaning"), rows)
 
 
 def schema(name: str) -> Iterator[str]:
     """A JSON schema as a table of its keys."""
     text = json.loads((DOCS / f"schemas/{name}.schema.json").read_text("utf-8"))
     yield from (text["description"], "")
-    yield from table(("key", "type", "meaning"), list(_keys(text, text, "", {})))
+    yield from table_of(("key", "type", "meaning"), list(_keys(text, text, "", {})))
 
 
 def _keys(
@@ -123,7 +136,7 @@ def digits(_: str) -> Iterator[str]:
     """What digits cost, as measured."""
     with (MEASURED / "digits.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    yield from table(
+    yield from table_of(
         ("digits asked for", "arithmetic", "digits delivered", "motion / s", "seconds of a core"),
         [
             (row["digits"], f"{row['precision']}, {row['bits']} bits", row["delivered"],
@@ -157,25 +170,37 @@ def peers(_: str) -> Iterator[str]:
             ]
             cells.append(f"{min(ratios):.3g}" if ratios else "")
     shown = [(method, *cells) for method, cells in best.items() if any(cells)]
-    yield from table(("program", *(f"error {level:g}" for level in LEVELS)), shown)
+    yield from table_of(("program", *(f"error {level:g}" for level in LEVELS)), shown)
 
 
 def faults(_: str) -> Iterator[str]:
     """The smallest amount of each planted fault that a check fails."""
     with (MEASURED / "fault-amounts.csv").open(encoding="utf-8") as file:
         header, *rows = csv.reader(file)
-    yield from table(header, [[cell or "-" for cell in row] for row in rows])
+    yield from table_of(header, [[cell or "-" for cell in row] for row in rows])
 
 
 def verdicts(_: str) -> Iterator[str]:
     """The verdicts on claims, and the rules that are the same for every claim."""
     from tt_precise.claims.verdicts import RULES, Verdict
 
-    yield from table(("verdict", "means"), [(f"`{one}`", one.meaning) for one in Verdict])
+    yield from table_of(("verdict", "means"), [(f"`{one}`", one.meaning) for one in Verdict])
     yield from ("", RULES)
 
 
-TABLES = (columns, scenes, events, quantities, schema, digits, peers, faults, switches, verdicts)
+TABLES = (
+    columns,
+    scenes,
+    entries,
+    events,
+    quantities,
+    schema,
+    digits,
+    peers,
+    faults,
+    switches,
+    verdicts,
+)
 MAKERS: dict[str, Callable[[str], Iterator[str]]] = {made.__name__: made for made in TABLES}
 
 

@@ -81,17 +81,12 @@ def test_an_inclination_may_be_as_a_scene_writes_it(text: str, expected: list[fl
         ({"alpha": "0.1,1.5"}, "alpha"),
         ({"theta": "0.1,4"}, "theta"),
         ({"theta": "0:16/5:3"}, r"theta: got 3\.2, expected 0 <= theta <= pi"),
-        ({"theta": "1e400"}, "vary theta: got a number of 401 digits"),
+        ({"theta": "1e400"}, "vary theta: got more than 1e300"),
         ({"mu": "10 deg"}, "vary mu: got '10 deg'"),
         ({"theta": "1,2,3 deg"}, "vary theta: got 1 without a unit, expected one"),
         ({"theta": "1:9:5 deg"}, "first:last:count such as 1deg:9deg:5"),
         ({"I3": "0.4,0.8"}, "I3"),
-        ({"I1": "3e-6", "I3": "3.1e-6"}, r"body\.I1: got .* in units of m R\^2"),
-        ({"m": "0.02", "m_g": "20"}, r"body\.m_g: got another key for m too"),
-        (
-            {"centre_mm": "3,19", "R_mm": "18,25"},
-            r"body\.centre_mm: got 19\.0, expected less than the radius",
-        ),
+        ({"I1": "3e-6", "I3": "3.1e-6"}, r"body: I1: got .* 10 m R\^2"),
         ({"omega_3": "150:155:99999999999999"}, f"expected at most {MOST_VALUES}"),
     ],
 )
@@ -149,13 +144,11 @@ def test_rows_do_not_depend_on_blocks(vary: dict[str, str]) -> None:
 @pytest.mark.parametrize(
     ("vary", "keys"),
     [
-        ({"R": "0.015,0.025"}, {"R_mm": "15,25"}),
-        ({"m": "0.015,0.025"}, {"m_g": "15,25"}),
-        ({"alpha": "0.2,0.4"}, {"centre_mm": "4,8"}),
-        ({"I1": "0.36,0.42"}, {"I1_kg_m2": "2.88e-6,3.36e-6"}),
+        ({"R": "0.015,0.025"}, {"R": "15mm,2.5 cm"}),
+        ({"m": "0.015,0.025"}, {"m": "15 g,25 g"}),
     ],
 )
-def test_keys_with_units_are_varied(vary: dict[str, str], keys: dict[str, str]) -> None:
+def test_values_with_units_are_varied(vary: dict[str, str], keys: dict[str, str]) -> None:
     """Their rows are those of the numbers in SI."""
     plain, units = (SweepSpec.of("reference", vary=one) for one in (vary, keys))
     for one, other in zip(values_of(plain, 9)[0], values_of(units, 9)[0], strict=True):
@@ -200,7 +193,7 @@ def test_fingerprint_knows_what_no_number_of_the_body_says() -> None:
         reference,
         reference.varied(friction={"law": "coulomb", "mu": "0.3"}),
         replace(reference, flies=True),
-        replace(reference, sizes=frozenset({"I1_kg_m2"})),
+        reference.varied(I1="3000 g mm^2"),
         *(
             replace(reference, body=replace(reference.body, spring=spring, **table))
             for spring in ("linear", "hunt-crossley")
@@ -217,9 +210,8 @@ def test_fingerprint_knows_what_no_number_of_the_body_says() -> None:
         ("m", "", "kg"),
         ("mu", "viscous", "s/m"),
         ("mu", "coulomb", ""),
-        ("mu", "", ""),
         ("v_s", "stribeck", "m/s"),
-        ("R_mm", "viscous", ""),
+        ("alpha", "viscous", "R"),
     ],
 )
 def test_an_entry_has_the_unit_of_its_law(name: str, law: str, unit: str) -> None:

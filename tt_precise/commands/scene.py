@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from tt_precise.commands.options import JSON, Group, emit
-from tt_precise.mechanics.laws import LAWS, law_named
+from tt_precise.mechanics.laws import law_named
 from tt_precise.mechanics.quantities import described
 from tt_precise.runtime.values import InputError, Json
 
@@ -19,17 +19,6 @@ if TYPE_CHECKING:
 
 SCHEMA = "tt_precise.scene/1"
 DIGITS = 20
-TEMPLATE = Path(__file__).with_suffix(".toml")  # The template of a new scene.
-
-
-def _laws() -> str:
-    """One commented line for each friction law, with its parameters and their units."""
-    return "\n".join(
-        f'# law = "{law.name}"'.ljust(33)
-        + "# "
-        + ", ".join(f"{parameter.name} ({parameter.unit})" for parameter in law.parameters)
-        for law in LAWS.values()
-    )
 
 
 @click.group("scene", cls=Group)
@@ -43,6 +32,7 @@ def command() -> None:
 def new(file: Path, force: bool) -> None:
     """Write a commented, valid scene to FILE (.toml)."""
     from tt_precise.runtime.files import atomic_write
+    from tt_precise.scene.entries import new_file
 
     if file.suffix != ".toml":
         raise InputError(f"scene new: got {file}, expected a name that ends in .toml")
@@ -50,9 +40,7 @@ def new(file: Path, force: bool) -> None:
         raise InputError(f"scene new: {file} exists, expected a new name, or --force")
     if not file.parent.is_dir():
         raise InputError(f"scene new: got {file}, expected a file in a folder that exists")
-    name = file.stem.replace("\\", "\\\\").replace('"', '\\"')
-    text = TEMPLATE.read_text("utf-8").replace("{name}", name).replace("{laws}", _laws())
-    atomic_write(file, text)
+    atomic_write(file, new_file(file.stem))
     click.echo(f"{file}: change it, then `tt-precise scene show {file}`")
 
 
@@ -100,11 +88,10 @@ def summary(scene: Scene) -> dict[str, Json]:
         below = values.get(name)
         return None if below is None else float(values["lambda"] / below)
 
-    body, unit = scene.body, scene.body.m * scene.body.R**2
-    shown = {name: str(value) for name, value in body.numbers_by_name.items()}
+    body = scene.body
+    shown = {name: str(value) for name, value in body.in_file_units().items()}
     if body.spring:
         shown |= {"law": body.law, "spring": body.spring}
-    shown |= {"I1": str(body.I1 / unit), "I3": str(body.I3 / unit)}
     start = {field.name: str(getattr(scene.start, field.name)) for field in fields(scene.start)}
     ratios = {name: over(name) for name in ("lambda_thres", "lambda_up")}
     return {
@@ -117,7 +104,7 @@ def summary(scene: Scene) -> dict[str, Json]:
         "flies": scene.flies,
         "body": shown,
         "start": start,
-        "given": {name: str(value) for name, value in scene.given.items()},
+        "given": {name: str(value) for name, value in scene.derived_from.items()},
         "at_rest": scene.at_rest,
         "until": str(scene.until),
         "gamma": float(body.gamma),

@@ -14,7 +14,7 @@ from tt_precise.commands import options
 from tt_precise.runtime.terminal import progress_bar, say
 from tt_precise.runtime.values import InputError, Json, listed
 from tt_precise.runtime.workers import cores, dask_pool
-from tt_precise.scene.body import kept_fixed
+from tt_precise.scene.entries import kept_fixed
 
 CONTRADICTED = NOT_FOUND = 1
 # Keys of the summary under which the spot check contradicts rows.
@@ -102,7 +102,7 @@ def run(
     """Integrate SCENE from many starts: a shipped name, a scene file, or a TOML file of a sweep.
 
     sweep plot draws the rows; sweep find looks for a threshold. Any number of the scene's file can
-    be varied, also by keys with units (R_mm, centre_mm, I1_kg_m2). A row of gliding with the
+    be varied, also with units (R=15mm:20mm:6). A row of gliding with the
     viscous law, or of rolling, on a rigid table takes milliseconds; every other row is a separate
     run.
 

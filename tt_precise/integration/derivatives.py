@@ -25,8 +25,8 @@ from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar, keyword_advice, require_name, wrong_name
-from tt_precise.scene.body import in_unit_keys, kept_fixed
-from tt_precise.scene.numerals import LARGEST, PI, written
+from tt_precise.scene.entries import kept_fixed, written
+from tt_precise.scene.numerals import LARGEST, PI
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import Inclination
 
@@ -55,8 +55,8 @@ class ChangedRun(NamedTuple):
 class Derivatives:
     """Derivatives of a trajectory's columns and climb by entries of its scene.
 
-    ``names`` are entries of [body] and [start], in the units of the scene's file, also keys with
-    units (``R_mm``). What keeps its value if m or R changes: see ``Scene.varied``.
+    ``names`` are entries of [body] and [start], in the units of the scene's file. What keeps its
+    value if m or R changes: see ``Scene.varied``.
 
     A derivative is a central difference quotient, or a one-sided quotient at the end of an entry's
     range, such as theta = 0. Its error is estimated from quotients with other changes of the entry.
@@ -366,10 +366,7 @@ def _require_columns(columns: Sequence[str]) -> tuple[str, ...]:
 
 
 def _values_by_name(scene: Scene) -> Iterator[tuple[str, Fraction]]:
-    for name, value in scene.body.in_file_units().items():
-        if isinstance(value, Fraction):
-            yield name, value
-    yield from in_unit_keys(scene.body).items()
+    yield from scene.body.in_file_units().items()
     yield "theta", scene.start.theta.offset
     for name in (*RATES, *scene.further_columns):
         if hasattr(scene.start, name):
@@ -387,11 +384,11 @@ def _sigma(scene: Scene, name: str, given: Scalar) -> Fraction:
     """A standard deviation of an entry in its unit; text such as "5 %" is a part of its value."""
     what = f"spread: {name}"
     if not (isinstance(given, str) and given.rstrip().endswith("%")):
-        return written(given, name, what)
+        return written(given, name, what, scene.body.in_file_units())
     value = _value(scene, name)
     if name == "theta" and scene.start.theta.from_pi:
         value = PI - value
-    return abs(value) * written(given.rstrip().removesuffix("%"), what) / 100
+    return abs(value) * written(given.rstrip().removesuffix("%"), what=what) / 100
 
 
 def _scene_with(scene: Scene, name: str, change: Fraction) -> Scene:

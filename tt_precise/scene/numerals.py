@@ -1,34 +1,27 @@
-"""Exact numbers: decimals and fractions, stored as ``Fraction``, converted to any arithmetic."""
+"""Exact numbers with units: decimals and fractions, stored as ``Fraction``."""
 
 from __future__ import annotations
 
 import decimal
 import math
 import re
-import string
 from contextlib import suppress
 from fractions import Fraction
 from numbers import Integral
 from typing import Any, NamedTuple
 
-from tt_precise.runtime.values import (
-    Array,
-    Functions,
-    InputError,
-    Scalar,
-    shortened,
-    whole,
-)
+from tt_precise.runtime.values import Array, Functions, InputError, Scalar, shortened, whole
 
 _DECIMAL = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _FACTOR = rf"(?:{_DECIMAL}|pi)"
 _PRODUCT = rf"{_FACTOR}(?:\s*[*/]\s*{_FACTOR}){{0,3}}"
 _EXPRESSION = re.compile(
     rf"(?P<sign>[+-]?)\s*(?P<first>{_PRODUCT})"
-    rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?(?:\s*(?P<unit>[a-z]+(?:/[a-z]+)?(?:\^2)?))?",
+    rf"(?:\s*(?P<operator>[+-])\s*(?P<second>{_PRODUCT}))?"
+    r"(?:\s*(?P<unit>[a-zA-Z][a-zA-Z0-9^./ -]{0,40}))?",
     re.ASCII,
 )
-_LETTERS = string.ascii_letters + "/^2 "  # of units
+_POWER = re.compile(r"([a-zA-Z]+)(?:\^(-?\d(?:\.5)?))?")  # A unit and its power: m, m^2, mm^1.5.
 LONGEST = 2000  # Characters of a numeral: a hostile file cannot build a huge integer.
 # Bits of a numerator or denominator, about 1,000 digits: a moment of inertia, a product of four
 # such numbers, stays below the 4,300 digits that Python prints.
@@ -52,7 +45,7 @@ class WithPi(NamedTuple):
     def __mul__(self, other: Any) -> WithPi:
         """The product; raises ``ArithmeticError`` if it has pi squared."""
         if self.of_pi and other.of_pi:
-            raise ArithmeticError
+            raise ArithmeticError("the number has pi squared")
         mixed = self.plain * other.of_pi + self.of_pi * other.plain
         return WithPi(self.plain * other.plain, mixed)
 
@@ -66,150 +59,133 @@ class WithPi(NamedTuple):
             return Fraction(decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator))
 
 
-ONE = WithPi(Fraction(1))
-# The units that may follow a number, by the unit of the entry, and their values in that unit.
-UNITS = {
-    "kg": {"kg": ONE, "g": WithPi(Fraction(1, 1000))},
-    "m": {"m": ONE, "cm": WithPi(Fraction(1, 100)), "mm": WithPi(Fraction(1, 1000))},
-    "g": {"g": ONE, "kg": WithPi(Fraction(1000))},
-    "mm": {"mm": ONE, "cm": WithPi(Fraction(10)), "m": WithPi(Fraction(1000))},
-    "s": {"s": ONE},
-    "m/s": {"m/s": ONE, "cm/s": WithPi(Fraction(1, 100)), "mm/s": WithPi(Fraction(1, 1000))},
-    "m/s^2": {"m/s^2": ONE},
-    "rad": {"rad": ONE, "deg": WithPi(Fraction(0), Fraction(1, 180))},
-    "rad/s": {
-        "rad/s": ONE, "deg/s": WithPi(Fraction(0), Fraction(1, 180)),
-        "rev/s": WithPi(Fraction(0), Fraction(2)), "rpm": WithPi(Fraction(0), Fraction(1, 30)),
-    },
+Dimension = tuple[Fraction, ...]  # powers of kg, m, s and rad
+UNITS: dict[str, tuple[WithPi, tuple[int, int, int, int]]] = {
+    "kg": (WithPi(Fraction(1)), (1, 0, 0, 0)), "g": (WithPi(Fraction(1, 1000)), (1, 0, 0, 0)),
+    "m": (WithPi(Fraction(1)), (0, 1, 0, 0)), "cm": (WithPi(Fraction(1, 100)), (0, 1, 0, 0)),
+    "mm": (WithPi(Fraction(1, 1000)), (0, 1, 0, 0)), "s": (WithPi(Fraction(1)), (0, 0, 1, 0)),
+    "ms": (WithPi(Fraction(1, 1000)), (0, 0, 1, 0)), "N": (WithPi(Fraction(1)), (1, 1, -2, 0)),
+    "rad": (WithPi(Fraction(1)), (0, 0, 0, 1)),
+    "deg": (WithPi(Fraction(0), Fraction(1, 180)), (0, 0, 0, 1)),
+    "rev": (WithPi(Fraction(0), Fraction(2)), (0, 0, 0, 1)),
+    "rpm": (WithPi(Fraction(0), Fraction(1, 30)), (0, 0, -1, 1)),
 }  # fmt: skip
-# The entries of a scene that have a unit of ``UNITS``.
-UNIT_OF = {
-    "m": "kg", "R": "m", "g": "m/s^2", "until": "s", "sample_every": "s", "theta": "rad",
-    "theta_dot": "rad/s", "phi_dot": "rad/s", "omega_3": "rad/s", "psi_dot": "rad/s",
-    "nu_x": "m/s", "nu_y": "m/s", "height": "m", "rise": "m/s", "v_s": "m/s", "epsilon": "m/s",
-}  # fmt: skip
-# The keys that end in their unit, but for those of moments.
-KEY_UNITS = {"m_g": "g", "R_mm": "mm", "centre_mm": "mm", "centre_m": "m"}
-# The entries that are ratios: their units, and the keys that take a size.
-RATIO_OF = {"alpha": "R", "I1": "m R^2", "I3": "m R^2"}
-SIZE_KEYS = {"R": "centre_mm or centre_m", "m R^2": "I1_g_mm2 or I1_kg_m2 (so for I3)"}
 
 
-def exact(value: str | int | Fraction, what: str = "number") -> Fraction:
-    """The exact value of a decimal ("0.02", "1e-9"), a fraction, or a quotient or product of these.
+def unit_named(text: str) -> tuple[WithPi, Dimension]:
+    """Return the factor to SI and the dimension of a product of units: "g mm^2", "N/mm^1.5".
+
+    The root of a factor that is no square, as in mm^1.5, is rounded to ``IRRATIONAL_DIGITS``
+    digits.
+
+    Raises ``ValueError``: it is no product of ``UNITS``, or pi has another power than 1.
+    """
+    factor, radicand, dimension = WithPi(Fraction(1)), Fraction(1), [Fraction(0)] * 4
+    for sign, words in zip((1, -1, -1), text.split("/"), strict=False):
+        for word in words.split():
+            form = _POWER.fullmatch(word)
+            if form is None or form[1] not in UNITS:
+                raise ValueError(f"{word} is none of the units {', '.join(UNITS)}")
+            scale, powers = UNITS[form[1]]
+            power = sign * Fraction(form[2] or 1)
+            if scale.of_pi:
+                if power != 1 or factor.of_pi:
+                    raise ValueError(f"{word} stands once, and not below a fraction's line")
+                factor *= scale
+            else:
+                factor *= WithPi(scale.plain ** math.floor(power))
+                radicand *= scale.plain if power.denominator == 2 else 1
+            dimension = [a + power * b for a, b in zip(dimension, powers, strict=True)]
+    return factor * WithPi(_root(radicand)), tuple(dimension)
+
+
+def _root(value: Fraction) -> Fraction:
+    """Return the square root, rounded to ``IRRATIONAL_DIGITS`` digits if it is irrational."""
+    root = Fraction(math.isqrt(value.numerator), math.isqrt(value.denominator))
+    if root * root == value:
+        return root
+    with decimal.localcontext(prec=IRRATIONAL_DIGITS):
+        ratio = decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator)
+        return Fraction(ratio.sqrt())
+
+
+def exact(value: Any, what: str = "number") -> Fraction:
+    """Return the exact value of a decimal ("0.02", "1e-9"), a fraction, a quotient or a product.
 
     A value with pi ("pi/18") is rounded to ``IRRATIONAL_DIGITS`` digits.
 
-    Raises ``InputError`` for anything else: a float is already rounded; NaN and infinity are
-    refused.
+    Raises ``InputError`` for anything else: a float is already rounded; NaN, infinity and a number
+    with a unit are refused.
     """
-    return parse(value, what).rational
+    number, unit = parse(value, what)
+    if unit:
+        raise InputError(f"{what}: got {shortened(value)}, expected a number without a unit")
+    return number.rational
 
 
-def parse(value: str | int | Fraction, what: str = "number", unit: str = "") -> WithPi:
-    """Read a number as ``exact``, with pi apart, in ``unit``, a key of ``UNITS`` where it has one.
+def parse(value: Any, what: str = "number") -> tuple[WithPi, str]:
+    """Return an exact number with pi apart, and the text of the unit that follows the number.
 
-    Raises ``InputError``: as ``exact``.
+    Raises ``InputError``: it is no exact number, or has more than 1000 digits.
     """
-    number = _parse(value, unit)
+    number, unit = None, ""
+    if isinstance(value, Fraction):
+        number = WithPi(value)
+    elif (integer := whole(value)) is not None:
+        number = WithPi(Fraction(integer))
+    elif isinstance(value, str) and len(value) <= LONGEST:
+        form = _EXPRESSION.fullmatch(value.strip())
+        with suppress(ArithmeticError, ValueError):
+            number = _evaluated(form) if form else None
+        unit = (form["unit"] or "") if form else ""
     if number is None:
-        with_unit = isinstance(value, str) and _parse(value.rstrip(_LETTERS), "") is not None
-        alone = " without a unit" if with_unit else ""
-        if unit in SIZE_KEYS:
-            alone = f" in units of {unit} (a size has the key {SIZE_KEYS[unit]})"
-        units = ", ".join(f'"10 {one}"' for one in UNITS.get(unit, ()))
         raise InputError(
-            f"{what}: got {shortened(value)}, expected an exact number as a string"
-            f'{"" if units else alone}, such as "0.02", "1e-9", "131/350" or "0.004/0.017"'
-            + (f" or, with a unit, {units}" if units else "")
+            f"{what}: got {shortened(value)}, expected an exact number as a string, such as "
+            '"0.02", "1e-9", "131/350" or "0.004/0.017", or with a unit, such as "15 g"'
         )
     for part in number:
         if max(part.numerator.bit_length(), part.denominator.bit_length()) > MOST_BITS:
             raise InputError(
                 f"{what}: got {shortened(value)}, expected a number of at most 1000 digits"
             )
-    return number
-
-
-def _parse(value: Any, unit: str) -> WithPi | None:
-    """The number of a fraction, an integer or a text; None for anything else."""
-    if isinstance(value, Fraction):
-        return WithPi(value)
-    if (number := whole(value)) is not None:
-        return WithPi(Fraction(number))
-    if isinstance(value, str) and len(value) <= LONGEST:
-        form = _EXPRESSION.fullmatch(value.strip())
-        with suppress(ArithmeticError):
-            factor = UNITS.get(unit, {}).get(form["unit"]) if form and form["unit"] else ONE
-            return _evaluated(form) * factor if form and factor else None
-    return None
+    return number, unit
 
 
 def _evaluated(form: re.Match[str]) -> WithPi:
-    parts = _product(form["first"])
-    sign = -1 if form["sign"] == "-" else 1
-    plain, of_pi = sign * parts.plain, sign * parts.of_pi
-    if form["second"]:
-        more = _product(form["second"])
-        if not (of_pi or more.of_pi):  # "2024-01-01" is not a number
-            raise ArithmeticError
-        sign = -1 if form["operator"] == "-" else 1
-        plain, of_pi = plain + sign * more.plain, of_pi + sign * more.of_pi
-    return WithPi(plain, of_pi)
-
-
-def _product(text: str) -> WithPi:
-    first, *rest = re.split(r"\s*([*/])\s*", text)
-    value, powers = Fraction(1), 0
-    for operator, factor in zip(("*", *rest[::2]), (first, *rest[1::2]), strict=True):
-        power = 1 if operator == "*" else -1
-        if factor == "pi":
-            powers += power
-        else:
-            value *= Fraction(factor) ** power
-    if powers not in (0, 1):
-        raise ArithmeticError
-    return WithPi(Fraction(0), value) if powers else WithPi(value)
-
-
-def written(value: Scalar, name: str = "number", what: str = "") -> Fraction:
-    """``exact`` for the numbers of files and users, of every type that ``decimal_of`` knows.
-
-    A number may have a unit if ``name`` is in ``UNIT_OF`` or ``KEY_UNITS``. Errors say ``what`` it
-    is.
-
-    Raises ``InputError``: as ``exact``; NaN and infinity too.
-    """
-    unit = (UNIT_OF | KEY_UNITS | RATIO_OF).get(name, "")
-    return parse(decimal_of(value), what or name, unit).rational
-
-
-def has_unit(value: Any) -> bool:
-    """True for a text that ends in a unit."""
-    form = _EXPRESSION.fullmatch(str(value).strip())
-    return bool(form and form["unit"])
+    """Return a product, or the sum of two of which one has pi: "2024-01-01" is no number."""
+    sums = [Fraction(0), Fraction(0)]
+    for sign, product in ((form["sign"], form["first"]), (form["operator"], form["second"])):
+        value, powers_of_pi = Fraction(-1 if sign == "-" else 1), 0
+        for operator, factor in re.findall(r"([*/]?)\s*([^*/\s]+)", product or ""):
+            power = -1 if operator == "/" else 1
+            if factor == "pi":
+                powers_of_pi += power
+            else:
+                value *= Fraction(factor) ** power
+        if product:
+            sums[(0, 1).index(powers_of_pi)] += value
+    if form["second"] and not sums[1]:
+        raise ValueError("a sum of two numbers without pi")
+    return WithPi(*sums)
 
 
 def decimal_of(value: Any) -> Any:
-    """The shortest decimal of a finite float, as in TOML; anything else unchanged.
+    """Return the shortest decimal of a finite float, as in TOML; anything else unchanged.
 
     A float is one of Python or NumPy of any width, or a ``Decimal``, also in an array without axes.
     """
     value = scalar(value)
+    plain = isinstance(value, float)
     # float32(0.1) is 0.1, not the 0.100000001490116 that its conversion to double would print
-    if isinstance(value, decimal.Decimal) or _is_wide_float(value):
+    wide = getattr(getattr(value, "dtype", None), "kind", "") == "f" and not plain
+    if wide or isinstance(value, decimal.Decimal):
         return str(value)
-    return float.__repr__(value) if isinstance(value, float) and math.isfinite(value) else value
+    return float.__repr__(value) if plain and math.isfinite(value) else value
 
 
 def scalar(value: Any) -> Any:
-    """The number in an array without axes; anything else unchanged."""
+    """Return the number in an array without axes; anything else unchanged."""
     return value[()] if getattr(value, "shape", None) == () else value
-
-
-def _is_wide_float(value: Any) -> bool:
-    """True for a NumPy float that is no Python float: float16, float32, longdouble."""
-    return hasattr(value, "dtype") and value.dtype.kind == "f" and not isinstance(value, float)
 
 
 def within_doubles(value: Fraction, what: str) -> Fraction:
@@ -219,11 +195,7 @@ def within_doubles(value: Fraction, what: str) -> Fraction:
     """
     size = value.numerator.bit_length() - value.denominator.bit_length()
     if size > SURELY_WITHIN and abs(value) > LARGEST:
-        digits = math.floor((abs(value) // 1).bit_length() * math.log10(2)) + 1
-        raise InputError(
-            f"{what}: got a number of {digits} digits before the point, expected at most 1e300 "
-            "in size (the range of double)"
-        )
+        raise InputError(f"{what}: got more than 1e300, expected a number in the range of double")
     return value
 
 
@@ -235,28 +207,24 @@ def to_mpmath(value: Fraction, context: Functions) -> Scalar:
 
 
 def as_fraction(t: Scalar) -> Fraction:
-    """The exact value of a time: a string, an int, a fraction, or a float of any kind.
+    """Return the exact value of a time: a string, an int, a fraction, or a float of any kind.
 
     The number may stand in an array without axes.
 
     Raises ``InputError``: it is not a finite number within the range of doubles.
     """
-    return within_doubles(_as_fraction(scalar(t)), "t")
-
-
-def _as_fraction(t: Scalar) -> Fraction:
-    if hasattr(t, "_mpf_"):
+    t = scalar(t)
+    if hasattr(t, "_mpf_") and t - t == 0:
         sign, mantissa, power, _ = t._mpf_
-        if t - t != 0:
-            raise InputError(f"t: got {t}, expected a finite time in s")
-        value = Fraction(int(mantissa)) * Fraction(2) ** int(power)
-        return -value if sign else value
-    if not isinstance(t, Integral) and hasattr(t, "as_integer_ratio"):
-        try:
-            return Fraction(*map(int, t.as_integer_ratio()))
-        except (ValueError, OverflowError):
-            raise InputError(f"t: got {t}, expected a finite time in s") from None
-    return parse(t, "t", "s").rational
+        return within_doubles(
+            Fraction(int(mantissa) * (-1) ** sign) * Fraction(2) ** int(power), "t"
+        )
+    if isinstance(t, Integral) or not hasattr(t, "as_integer_ratio"):
+        return within_doubles(exact(t, "t"), "t")
+    try:
+        return within_doubles(Fraction(*map(int, t.as_integer_ratio())), "t")
+    except (ValueError, OverflowError):
+        raise InputError(f"t: got {t}, expected a finite time in s") from None
 
 
 def shortest_texts(values: Array) -> list[str | None]:

@@ -10,24 +10,15 @@ from typing import Any, NamedTuple
 
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
-from tt_precise.scene.numerals import (
-    PI,
-    UNIT_OF,
-    UNITS,
-    as_fraction,
-    decimal_of,
-    exact,
-    parse,
-    to_mpmath,
-    within_doubles,
-    written,
-)
+from tt_precise.scene.entries import ENTRIES, number_of, require_keys, written
+from tt_precise.scene.numerals import PI, as_fraction, exact, to_mpmath, within_doubles
 
-# alternatives to omega_3, and to nu_x and nu_y
+# Alternatives to omega_3, and to nu_x and nu_y.
 PSI_DOT, AT_REST = "psi_dot", "at_rest"
 CONTACT_POINT, CENTRE_OF_MASS = "contact point", "centre of mass"
-DERIVED_DIGITS = 100
+DERIVED_DIGITS = 100  # digits of an entry that is computed from others, if it is irrational
 
+# The largest distance from a pole that is kept as it is given: nearer to pi the other pole counts.
 _NEARLY_PI = Fraction("3.14159")
 
 
@@ -43,22 +34,20 @@ class Inclination(NamedTuple):
 
     @classmethod
     def parse(cls, value: str | int | float | Fraction) -> Inclination:
-        """Read "0.1", "10 deg", "pi/18", "pi" or "pi - 1e-9"; radians, within [0, pi].
+        """Return the inclination of "0.1", "10 deg", "pi/18", "pi" or "pi - 1e-9", in [0, pi].
 
         A multiple of pi is rounded to 100 digits, but pi itself is exact.
         """
-        number = parse(decimal_of(value), "theta", "rad")
+        number = number_of(value, "theta")[0]
         angle = cls(-number.plain, True) if number.of_pi == 1 else cls(number.rational)
         if _NEARLY_PI < angle.offset < PI:
             angle = cls(PI - angle.offset, not angle.from_pi)
         if not 0 <= angle.offset <= _NEARLY_PI:
             shown = str(value)[:60]
-            degrees = not angle.from_pi and 0 <= angle.offset <= 180 and "deg" not in shown
             raise InputError(
-                f"theta: got {shown}, expected 0 <= theta <= pi in rad "
-                + (f'(is it in degrees? then write "{shown} deg")' if degrees
-                   else '(near pi write "pi - 1e-3")')
-            )  # fmt: skip
+                f"theta: got {shown}, expected 0 <= theta <= pi in rad, or degrees such as "
+                '"10 deg"; near pi write "pi - 1e-3"'
+            )
         return angle
 
     @property
@@ -102,12 +91,38 @@ class Start:
     nu_y: Fraction = Fraction(0)
 
     def __post_init__(self) -> None:
-        given: Any = self.theta
-        if not isinstance(given, Inclination):
-            object.__setattr__(self, "theta", Inclination.parse(given))
-        for name in ("omega_3", "theta_dot", "phi_dot", "nu_x", "nu_y"):
-            value = within_doubles(written(getattr(self, name), name), name)
-            object.__setattr__(self, name, value)
+        theta: Any = self.theta
+        if not isinstance(theta, Inclination):
+            object.__setattr__(self, "theta", Inclination.parse(theta))
+        for name in self.components():
+            if name != "theta":
+                value = within_doubles(written(getattr(self, name), name), name)
+                object.__setattr__(self, name, value)
+
+    def components(self) -> dict[str, Any]:
+        """Return the components by name."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
+
+    @property
+    def source(self) -> Mapping[str, Json]:
+        """The entries of a file from which the start was read, as written; or none."""
+        table: Mapping[str, Json] = vars(self).get("_source", {})
+        return table
+
+    def table_with(self, changes: Mapping[str, Json]) -> dict[str, Any]:
+        """Return the entries of the table [start] after some have been changed.
+
+        A change takes the place of its alternatives, psi_dot for omega_3 or at_rest for nu_x and
+        nu_y. Of a start at rest the other gliding velocity keeps the value that was computed.
+        """
+        entries = dict(self.source or self.components())
+        if AT_REST in entries and changes.keys() & {"nu_x", "nu_y"}:
+            entries |= {"nu_x": self.nu_x, "nu_y": self.nu_y}
+        for name in changes:
+            for other in _REPLACES.get(name, ()):
+                if other not in changes:
+                    entries.pop(other, None)
+        return {**entries, **changes}
 
     @staticmethod
     def of(body: TippeTop, given: Mapping[str, Json]) -> Start:
@@ -117,10 +132,7 @@ class Start:
         point" (nu_x = nu_y = 0) or "centre of mass" (its horizontal velocity is 0). Irrational
         values are rounded to ``DERIVED_DIGITS`` digits; the rounded start is exact.
 
-        Raises
-        ------
-        InputError
-            An entry is missing, unknown, given twice, or refused.
+        Raises ``InputError``: an entry is missing, unknown, given twice, or refused.
         """
         _check_keys(given)
         values = {name: value for name, value in given.items() if name in (*_ENTRIES, *LIFTED)}
@@ -130,6 +142,7 @@ class Start:
             start = _with_psi_dot(start, written(given[PSI_DOT], PSI_DOT))
         if given.get(AT_REST, CONTACT_POINT) == CENTRE_OF_MASS:
             start = _with_centre_at_rest(start, body)
+        object.__setattr__(start, "_source", dict(given))
         return start
 
     @staticmethod
@@ -139,10 +152,7 @@ class Start:
         The inclination is measured from the nearer pole if the axis is known as a vector, and
         rounded to ``DERIVED_DIGITS`` digits. ``lifted`` includes height and rise.
 
-        Raises
-        ------
-        InputError
-            The axis is vertical, so that the state has no Euler rates.
+        Raises ``InputError``: the axis is vertical, so that the state has no Euler rates.
         """
         names = (*_ENTRIES[1:], *(LIFTED if lifted else ()))
         numbers = {name: getattr(state, name) for name in names}
@@ -161,54 +171,31 @@ class LiftedStart(Start):
     height: Fraction = Fraction(0)
     rise: Fraction = Fraction(0)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name in LIFTED:
-            value = within_doubles(written(getattr(self, name), name), name)
-            object.__setattr__(self, name, value)
 
-
-_ENTRIES = tuple(field.name for field in fields(Start))
 LIFTED = ("height", "rise")
-START_KEYS = (*_ENTRIES, *LIFTED, PSI_DOT, AT_REST)
-
-
-def is_derived(given: Mapping[str, Json]) -> bool:
-    """Return whether a start has psi_dot or at_rest, from which other entries are computed."""
-    return PSI_DOT in given or AT_REST in given
+_ENTRIES = tuple(one.name for one in fields(Start))
+_KEYS = {name for name, entry in ENTRIES.items() if entry.table == "start"}
+# The entries whose place a changed entry takes.
+_REPLACES = {
+    PSI_DOT: ("omega_3",), "omega_3": (PSI_DOT,), AT_REST: ("nu_x", "nu_y"),
+    "nu_x": (AT_REST,), "nu_y": (AT_REST,),
+}  # fmt: skip
 
 
 def _check_keys(given: Mapping[str, Json]) -> None:
-    for name, value in given.items():
-        if name not in START_KEYS:
-            shown = str(name)[:60]
-            shown = shown if shown.isprintable() else repr(shown)
-            expected = f"only: {', '.join(sorted(START_KEYS))}"
-            for entry, unit in ((e, u) for e, si in UNIT_OF.items() for u in UNITS[si]):
-                if shown.replace("_", "/").removeprefix(entry.replace("_", "/")) in (
-                    f"/{unit}", f"/{unit.removesuffix('/s')}"
-                ):  # fmt: skip
-                    expected = f'{entry} = "{str(value)[:20]} {unit}", or {entry} in SI'
-            raise InputError(f"unknown key start.{shown}, expected {expected}")
-    if "omega_3" in given and PSI_DOT in given:
-        raise InputError(
-            "start.psi_dot: got omega_3 too, expected one of the two "
-            "(omega_3 = psi_dot + phi_dot cos theta)"
-        )
-    for name in ("theta", "omega_3"):
-        if name not in given and not (name == "omega_3" and PSI_DOT in given):
-            also = " (or psi_dot)" if name == "omega_3" else ""
-            raise InputError(f"missing key start.{name}, expected a value{also}")
-    if AT_REST not in given:
-        return
-    if given[AT_REST] not in (CONTACT_POINT, CENTRE_OF_MASS):
+    spin = set() if PSI_DOT in given else {"omega_3"}
+    require_keys(given, {"theta", *spin}, _KEYS, "start.")
+    for name in (PSI_DOT, AT_REST):
+        for other in _REPLACES[name]:
+            if name in given and other in given:
+                raise InputError(
+                    f"start.{name}: got {other} too, expected one of the two: {name} is "
+                    f"{ENTRIES[name].meaning}"
+                )
+    if AT_REST in given and given[AT_REST] not in (CONTACT_POINT, CENTRE_OF_MASS):
         raise InputError(
             f"start.at_rest: got {str(given[AT_REST])[:60]!r}, "
             f'expected "{CONTACT_POINT}" or "{CENTRE_OF_MASS}"'
-        )
-    if "nu_x" in given or "nu_y" in given:
-        raise InputError(
-            "start.at_rest: got nu_x or nu_y too, expected either at_rest or nu_x and nu_y"
         )
 
 

@@ -28,14 +28,14 @@ from tt_precise.runtime.cache import fingerprint
 from tt_precise.runtime.files import parse_toml, read_toml
 from tt_precise.runtime.records import Meta, Record
 from tt_precise.runtime.values import Array, InputError, Json, whole_number, wrong_name
-from tt_precise.scene.body import UNIT_KEYS, require_si
-from tt_precise.scene.numerals import UNIT_OF, has_unit, within_doubles, written
+from tt_precise.scene.body import unit_of as unit_of_entry
+from tt_precise.scene.entries import written
+from tt_precise.scene.numerals import parse, within_doubles
 from tt_precise.scene.scene import Scene, Start, load_scene
 from tt_precise.scene.start import LIFTED, LiftedStart
 from tt_precise.sweeps.columns import check_names
 
 STARTS = tuple(one.name for one in fields(Start))
-SI = {**UNIT_OF, "I1": "m R^2", "I3": "m R^2"}
 MOST_VALUES = 1_000_000  # Values of an axis.
 LARGEST_SEED = 2**64 - 1
 MOST_SAMPLES = 10_000_000  # Samples of a box, which stay in memory.
@@ -48,17 +48,16 @@ Ends = str | tuple[Number, Number]
 def variable(scene: Scene) -> tuple[str, ...]:
     """The names that a sweep of ``scene`` can vary: the numbers of its file, in its units."""
     lifted = LIFTED if isinstance(scene.start, LiftedStart) or scene.body.spring else ()
-    return (*STARTS, "psi_dot", *lifted, *scene.body.numbers_by_name, *UNIT_KEYS)
+    return (*STARTS, "psi_dot", *lifted, *scene.body.numbers_by_name)
 
 
 def unit_of(name: str, law: str = "") -> str:
     """The unit of an entry's values, under a friction law ("" if it is unknown).
 
-    "" for a number without a unit, and for a key that ends in its unit.
+    "" for a number without a unit.
     """
-    friction = {one.name: one.unit for one in LAWS[law].parameters} if law in LAWS else {}
     quantity = QUANTITIES.get(name)
-    unit = quantity.unit if quantity else (SI | friction).get(name, "")
+    unit = quantity.unit if quantity else unit_of_entry(name, LAWS.get(law, VISCOUS))
     return "" if unit == "1" else unit
 
 
@@ -177,7 +176,7 @@ class SweepSpec:
     def description(self) -> dict[str, Json]:
         """Everything the rows depend on, in plain JSON values."""
         scene, body, start = self.scene, self.scene.body, self.scene.start
-        given = {name: str(value) for name, value in scene.given.items()}
+        given = {name: str(value) for name, value in scene.derived_from.items()}
         law = "" if body.friction is VISCOUS else body.law
         own: dict[str, Json] = {
             "given": given, "sizes": sorted(scene.sizes), "friction": law, "spring": body.spring,
@@ -210,7 +209,7 @@ class SweepSpec:
     @property
     def derived(self) -> bool:
         """True if a row has its own body, or start entries that are computed from others."""
-        return bool(self.scene.given) or not set(self.names) <= set(STARTS)
+        return bool(self.scene.derived_from) or not set(self.names) <= set(STARTS)
 
     def scene_of(self, values: Mapping[str, float]) -> Scene:
         """The scene of one row, from the numbers in its columns."""
@@ -220,14 +219,14 @@ class SweepSpec:
     def _check_ends(self) -> None:
         ends = {name: (min(values), max(values)) for name, values in self.vary.items()}
         ends |= self.box
-        of_body = {*self.scene.body.numbers_by_name, *UNIT_KEYS}
+        of_body = {*self.scene.body.numbers_by_name}
         body = {name: ends.pop(name) for name in [*ends] if name in of_body}
         alone = [{name: value} for name, pair in ends.items() for value in pair]
         # Ranges of a body depend on several of its numbers, on each monotonically.
         corners = [dict(zip(body, corner, strict=True)) for corner in product(*body.values())]
         for changes in (*alone, *corners):
             # as a row has them; in decimals, which a refusal shows
-            require_si(self.scene.varied(**{n: float(x) for n, x in changes.items()}).body, changes)
+            self.scene.varied(**{n: float(x) for n, x in changes.items()})
 
 
 def grid_values(name: str, values: Values) -> tuple[Fraction, ...]:
@@ -273,8 +272,8 @@ def _numbers(name: str, values: Iterable[Any], what: str) -> tuple[Fraction, ...
     numbers = tuple(within_doubles(written(value, name, what), what) for value in values)
     texts = [str(value) for value in values]
     bare = [text for text, number in zip(texts, numbers, strict=True)
-            if number and not ("pi" in text or has_unit(text))]  # fmt: skip
-    if bare and any(map(has_unit, texts)):
+            if number and not ("pi" in text or parse(text)[1])]  # fmt: skip
+    if bare and any(parse(text)[1] for text in texts):
         raise InputError(
             f"{what}: got {bare[0]} without a unit, expected one, as behind the others"
         )
