@@ -12,26 +12,10 @@ paper, ``sweep`` integrates many starts at once, ``threshold`` finds the smalles
 that passes the equator, ``certify`` proves digits. Units are SI; names are the paper's.
 """
 
-from typing import Any
-
 import lazy_loader
 
 from tt_precise.integration import registry
 
 registry.register("in_pieces", "tt_precise.nonsmooth.backend")
 
-_attached, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-
-
-def __getattr__(name: str) -> Any:
-    try:
-        return _attached(name)
-    except AttributeError:
-        from tt_precise.integration import Trajectory
-        from tt_precise.runtime.values import WRITTEN, nearest
-
-        if name.startswith("_"):
-            raise
-        own = f"tt.integrate(scene).{name}" if hasattr(Trajectory, name) else ""
-        where = WRITTEN.get(name) or own or nearest(name, __all__) or "`tt-precise --help`"
-        raise AttributeError(f"tt_precise has no {name} (expected {where})", name=name) from None
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,7 +3,6 @@
 import io
 import re
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy
@@ -89,9 +88,3 @@ def test_the_last_bits_of_times_choose_no_other_points() -> None:
     for towards in (-1.0, 9.0):
         moved = numpy.nextafter(times, towards)
         assert (plotting.thinned(moved, values) == chosen).all()
-
-
-def test_a_picture_has_no_window() -> None:
-    drawn: Any = plotting.new_figure(1.0, 1.0)
-    with pytest.raises(InputError, match=r'expected \.savefig\("top\.png"\)'):
-        drawn.show()

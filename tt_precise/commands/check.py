@@ -116,10 +116,6 @@ def command(
     from tt_precise.check.columns import renaming
     from tt_precise.check.result import unusable
     from tt_precise.check.run import examine
-    from tt_precise.runtime.files import require_apart
-
-    outputs = {"--junit": junit, "--markdown": markdown, "--plot": plot}
-    require_apart(outputs, trajectory, scene)
 
     if plot is not None:
         from tt_precise.runtime.plotting import require_format

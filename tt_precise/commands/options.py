@@ -18,10 +18,20 @@ Group = click.Group
 
 # The last line of a help text that speaks of digits.
 DIGITS = "Digits are relative to the size of each quantity; `tt-precise columns` states the rule."
-# The types of files and folders that a command writes: click refuses them before the work begins.
-FILE = click.Path(dir_okay=False, writable=True, path_type=Path)
-FOLDER = click.Path(file_okay=False, writable=True, path_type=Path)
 
+
+class _Written(click.Path):
+    """A file that a command writes, refused before the work if it cannot be written."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from tt_precise.runtime.files import require_writable
+
+        path = super().convert(value, param, ctx)
+        require_writable(str(path))
+        return path
+
+
+FILE = _Written(dir_okay=False, writable=True, path_type=Path)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 PRECISION = click.option(
     "--precision",

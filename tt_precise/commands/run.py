@@ -13,7 +13,7 @@ import click
 from tt_precise.commands import options
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.files import require_apart, require_writable
+from tt_precise.runtime.files import require_writable
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.tables import FORMATS
 from tt_precise.runtime.values import InputError, Json, Scalar, listed, wrong_name
@@ -246,7 +246,6 @@ def command(
     wanted = asked_columns(columns)
     # refused now, not after a long integration
     outputs = {"--out": out, "--plot": plot, "--animate": animate}
-    require_apart(outputs, scene)
     if plot is not None:
         from tt_precise.runtime.plotting import require_format
 

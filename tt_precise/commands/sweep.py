@@ -135,7 +135,6 @@ def run(
     one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
     from tt_precise.sweeps import SweepSpec, run_sweep
-    from tt_precise.sweeps.run import TRIES
     from tt_precise.sweeps.specification import unit_of
 
     if is_sweep_file(scene):
@@ -158,7 +157,7 @@ def run(
             spec,
             out=folder,
             workers=workers or cores(),
-            pool=dask_pool(dask, tries=TRIES) if dask else None,
+            pool=dask_pool(dask) if dask else None,
             recheck=recheck,
             progress=progress,
         )

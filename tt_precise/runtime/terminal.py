@@ -53,18 +53,6 @@ def print_table(screen: Console, table: Table) -> None:
         click.echo(line.rstrip())
 
 
-def open_closed_streams() -> None:
-    """Open /dev/null for a standard stream that the parent has closed."""
-    while (free := os.open(os.devnull, os.O_RDWR)) <= 2:
-        pass  # the lowest number that is free, so this one is a standard stream now
-    os.close(free)
-    for name, number in (("stdin", 0), ("stdout", 1), ("stderr", 2)):
-        if getattr(sys, name) is None:
-            setattr(sys, name, os.fdopen(number, "w" if number else "r", encoding="utf-8"))
-
-
-# ---- progress -----------------------------------------------------------------------------
-
 Progress = Callable[[float], None]
 
 

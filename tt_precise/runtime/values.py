@@ -43,6 +43,10 @@ StateOfAny: TypeAlias = Any
 """A state of any formulation: a named tuple of scalars."""
 
 
+# The likeness from which difflib proposes a name; its own 0.6 proposes too many.
+ALIKE = 0.65
+
+
 def listed(names: str | Iterable[str]) -> tuple[str, ...]:
     """Return names given as separate texts, or as one text with commas."""
     if not isinstance(names, Iterable):
@@ -52,53 +56,11 @@ def listed(names: str | Iterable[str]) -> tuple[str, ...]:
     return tuple(name.strip() for name in names.split(",") if name.strip())
 
 
-# What people write, without underscores, for names of the paper and of this package.
-MEANT = {
-    "jellett": "lambda", "lambda": "jellett", "energy": "E", "routh": "D", "normalforce": "g_n",
-    "force": "g_n", "spin": "omega_3", "tilt": "theta", "inclination": "theta", "angle": "theta",
-    "law": "friction", "slip": "gliding_speed", "speed": "gliding_speed", "va": "gliding_speed",
-    "precession": "phi_dot", "friction": "mu", "mass": "m", "radius": "R",
-    "gravity": "g", "inversion": "equator", "duration": "until",
-    "tend": "until", "tmax": "until", "tspan": "until", "dt": "sample_every", "rtol": "tolerance",
-    "value": "threshold", "t": "times", "at": "times", "dd": "double-double", "dps": "digits",
-}  # fmt: skip
-
-# How to write what people look for among the attributes of the package, a trajectory or a scene.
-EXTREMA = 'integrate(scene, events=["extremum:g_n"]).event_frame("g_n")'
-WRITTEN = {
-    "to_csv": 'frame().to_csv("top.csv")', "save": 'frame().to_csv("top.csv") of a trajectory',
-    "savefig": 'plot().savefig("top.png")', "t": 'frame()["t"]', "times": 'frame()["t"]',
-    "segments": "pieces", "phases": "pieces", "switches": "pieces", "stretches": "pieces",
-    "t_init": "inversion.A.t_init", "t_equator": "inversion.equator",
-    "equator": "inversion.equator", "t_end_A": "inversion.A.t_end", "climb": "inversion",
-    "spread": 'integrate(scene, sensitivity=["mu"]).sensitivity.spread({"mu": "5 %"})',
-    "sensitivity": 'integrate(scene, sensitivity=["mu"])',
-    "run": "tt.integrate(scene)", "integrate": "tt.integrate(scene)",
-    "simulate": "tt.integrate(scene)", "solve": "tt.integrate(scene)", "load": "tt.load_scene",
-    "scenes": "`tt-precise scene list`", "columns": "`tt-precise columns`",
-    "max": EXTREMA, "min": EXTREMA, "extrema": EXTREMA, "report": "`tt-precise report`",
-    "tradeoff": "`tt-precise tradeoff SCENE`", "extremes": "`tt-precise extremes`",
-    "conserved": "drift", "replace": "varied(mu=0.2)", "with_": "varied(mu=0.2)",
-    "copy": "varied(mu=0.2)",
-    "quantities": "`tt-precise columns`", "events": "`tt-precise events`",
-}  # fmt: skip
-
-
-ALIKE = 0.65  # difflib's likeness from which a name is proposed; its own 0.6 proposes too many.
-
-
 def nearest(name: str, names: Iterable[str]) -> str:
-    """The one of ``names`` that a wrong one means or resembles; "" if there is none."""
+    """Return the name in ``names`` that resembles ``name``; "" if there is none."""
     import difflib  # for a wrong name only
 
-    kind, colon, name = name.rpartition(":")  # of extremum:NAME only NAME is compared
-    alike = {n.removeprefix(kind + colon).lower(): n for n in names if n.startswith(kind + colon)}
-    plain = name.lower().replace("_", "").replace(" ", "").replace("-", "")
-    for meant in (MEANT.get(plain, name).lower(), name.lower().removesuffix("_deg")):
-        if meant in alike:
-            return alike[meant]
-    near = difflib.get_close_matches(name.lower(), alike, n=1, cutoff=ALIKE)
-    return alike[near[0]] if near else ""
+    return next(iter(difflib.get_close_matches(name, list(names), n=1, cutoff=ALIKE)), "")
 
 
 def wrong_name(
@@ -175,7 +137,7 @@ class Hints:
         for part in self._parts:
             if part != name and hasattr(attrgetter(part)(self), name):
                 return f"{part}.{name}"
-        return WRITTEN.get(name) or nearest(name, (n for n in dir(self) if n[0] != "_"))
+        return nearest(name, (n for n in dir(self) if n[0] != "_"))
 
 
 def whole(value: Any) -> int | None:

@@ -36,7 +36,6 @@ from tt_precise.sweeps.summary import summary_of
 if TYPE_CHECKING:
     import pandas
 
-TRIES = 3  # A worker may die of what has nothing to do with its chunk, which is then tried again.
 RECYCLED_AFTER = 500  # tasks of a process; then a new process replaces it, to free leaked memory
 MANY_ROWS = 10_000  # Rows of a worker from which more lanes save what compiling them costs.
 TABLE_ROWS = 128  # Rows in a task of ``integrated``.
@@ -190,11 +189,7 @@ def run_sweep(
 
 def sweep_pool(workers: int | None = None) -> Pool:
     """Processes of this machine that start up while the first starts are sampled."""
-    return local_pool(workers, tries=TRIES, recycle_after=RECYCLED_AFTER, prepare=_get_ready)
-
-
-def _get_ready() -> None:
-    import tt_precise.sweeps.chunk  # noqa: F401
+    return local_pool(workers, recycle_after=RECYCLED_AFTER)
 
 
 def chunk_task(spec: SweepSpec, version: str, values: Array, batch: int) -> dict[str, Array]:
