@@ -165,14 +165,6 @@ def test_what_people_try_first_works_or_says_what_to_write(half: Scene) -> None:
     assert run.drift["lambda"] == run.drift["jellett"]
     with pytest.raises(KeyError, match="drift:E"):
         run.drift["E"]
-    for name, where in (
-        ("theta", r"frame\("), ("energy", r'frame\("E"'), ("mu", r"scene\.body\.mu"),
-        ("to_csv", "frame"), ("spread", "sensitivity"), ("max", r"extremum:g_n.*event_frame"),
-    ):  # fmt: skip
-        with pytest.raises(AttributeError, match=f"Trajectory has no '{name}'; expected .*{where}"):
-            getattr(run, name)
-    with pytest.raises(AttributeError, match=r'quantities\["lambda_thres"\]\.value'):
-        tt.thresholds(half).lambda_thres  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(InputError, match=r"event: got 'E', .* such as extremum:E,"):
         tt.integrate(half, events=["E"])
     with pytest.raises(InputError, match=r"column: got 'mine', .*tt\.quantity\(function, unit\)"):
@@ -183,6 +175,3 @@ def test_what_people_try_first_works_or_says_what_to_write(half: Scene) -> None:
         tt.check.conservation("mine.csv")  # type: ignore[call-arg]
     with pytest.raises(AttributeError, match="did you mean 'omega_3'"):
         run.state.omega3  # noqa: B018
-    for name, where in (("plot", r"tt\.integrate\(scene\)\.plot"), ("scenes", "scene list")):
-        with pytest.raises(AttributeError, match=f"tt_precise has no {name} .expected .*{where}"):
-            getattr(tt, name)

@@ -260,8 +260,8 @@ def dask_pool(address: str) -> Pool:
         client = Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"dask: got {address}: {str(error) or 'no answer'}; expected the address of a scheduler, "
-            "such as tcp://127.0.0.1:8786"
+            f"dask: got {address}: {str(error) or 'no answer'}; expected the address of a "
+            "scheduler, such as tcp://127.0.0.1:8786"
         ) from None
 
     def size() -> int:
