@@ -14,7 +14,8 @@ from tt_precise.claims import JudgedClaim, Verdict, claims, judge
 from tt_precise.claims import rauch_rutstam as chapters
 from tt_precise.claims.committed import committed
 from tt_precise.claims.evidence import sweeps
-from tt_precise.claims.evidence.run import Run, variant
+from tt_precise.claims.evidence.run import REFERENCE, Run, variant
+from tt_precise.claims.rauch_rutstam import section23_curve
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Scalar
 
@@ -218,8 +219,9 @@ def test_what_only_falls_falls_at_every_instant() -> None:
     def square(q: Motion) -> Scalar:
         return QUANTITIES["E"].evaluate(q) ** 2
 
-    assert judge("QUAL-40", square=square, unit="J").verdict == "reproduced"
-    assert judge("QUAL-28", square=square, unit="J").verdict == "refuted"
+    for sign, holds in ((-1, True), (1, False)):
+        parts = section23_curve.trend(square, "J", sign, REFERENCE, REFERENCE.climb)
+        assert {part.holds for part in parts.values()} == {holds}
 
 
 def test_contact_in_a_run_that_failed_is_not_contact_all_the_time(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from types import SimpleNamespace
@@ -39,35 +38,23 @@ SQUARE_NOTE = (
     "d(z) is a square exactly when its discriminant vanishes, which gives 1 - gamma where the "
     "paper prints 1 - alpha."
 )
-ROOT_NOTE = (
-    "V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only if d "
-    "is a square."
+OF_THE_SPINS = (
+    "Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for symbolic "
+    "parameters."
 )
-JELLETT_OF_SPIN = {
-    "lambda of the upright spin": "R*(1 - alpha)*L0",
-    "lambda of the inverted spin": "R*(1 + alpha)*L1",
-}
-ROUTH_OF_SPIN = {
-    "D0": "lambda_*sqrt(d(1))/(R*(1 - alpha))",
-    "D1": "-lambda_*sqrt(d(-1))/(R*(1 + alpha))",
-}
-ENERGY_OF_SPIN = {
-    "E~0": "lambda_**2/(2*R**2*I3*(1 - alpha)**2) + m*g*R*(1 - alpha)",
-    "E~1": "lambda_**2/(2*R**2*I3*(1 + alpha)**2) + m*g*R*(1 + alpha)",
-}
-SYMBOL = {
-    "lambda of the upright spin": "lambda", "lambda of the inverted spin": "lambda",
-    "D0": "D0", "D1": "D1", "E~0": "E0_tilde", "E~1": "E1_tilde",
-}  # fmt: skip
-QUANTITY = {"l": "lambda", "D": "D", "E": "E_tilde"}
-DIGITS = 70
+UPRIGHT_ENERGY = "lambda_**2/(2*R**2*I3*(1 - alpha)**2) + m*g*R*(1 - alpha)"
+DIGITS = 70  # Decimal digits of the search for minima beside a pole.
 DELTAS = ("1e-3", "1e-5", "1e-7", "1e-9", "1e-11")
 MULTIPLES = ("1.0001", "1.5", "2", "5")
-POTENTIAL_STEPS = 400
-EVERY = "0.01"
+POTENTIAL_STEPS = 400  # Values of D on the way from pole to pole.
+EVERY = "0.01"  # Seconds between rows of (D, E~).
 BESIDE = (
     f"the toy, whose potential is rational; lambda/lambda_thres in {', '.join(MULTIPLES)}; "
     f"delta/lambda in {', '.join(DELTAS)}"
+)
+PROPORTIONAL = (
+    "The distance of the minimum from the pole is proportional to delta, so a delta exists for "
+    "every eps."
 )
 
 
@@ -83,21 +70,16 @@ def equivalent_form(factor: str = DETERMINANT) -> Grounds:
     """
     symbols = chart()
     determinant = symbols.field(_determinant())
-    known = equal(factor, determinant)
-    theta_dot = symbols.symbol["theta_dot"].numer
-    at_turns = symbols.field(determinant.numer.subs(theta_dot, 0))
+    ratio = equal(factor, determinant)
+    at_turns = symbols.field(determinant.numer.subs(symbols.symbol["theta_dot"].numer, 0))
     regular = not symbols.vanishes(at_turns)
-    parts = {
-        "where theta_dot is not zero": (
-            bool(known.holds), f"determinant theta_dot times a positive factor: {known.measured}"
-        ),
-        "at turning points, theta_dot = 0, too": (
-            regular, "determinant not zero" if regular else "determinant zero"
-        ),
-    }  # fmt: skip
+    shown = f"determinant theta_dot times a positive factor: {ratio.measured}"
+    there = "determinant not zero" if regular else "determinant zero"
     return {
-        name: statement(holds, "equivalent", measured, proved=True)
-        for name, (holds, measured) in parts.items()
+        "where theta_dot is not zero": statement(ratio.holds, "equivalent", shown, proved=True),
+        "at turning points, theta_dot = 0, too": statement(
+            regular, "equivalent", there, proved=True
+        ),
     }
 
 
@@ -106,49 +88,42 @@ def _determinant() -> Scalar:
     symbols, q = chart(), motion()
     body, field = symbols.body, symbols.field
 
-    def row(conserved: Scalar, pushed: Sequence[Scalar] = (field.zero, field.zero)) -> list[Scalar]:
+    def row(conserved: Scalar, x: Scalar = field.zero, y: Scalar = field.zero) -> list[Scalar]:
         # v_A_dot along x and y contains the derivatives of nu_x and nu_y with factor 1
-        entries = [field(conserved).diff(entry) for entry in symbols.state[1:]]
-        return [*entries[:3], entries[3] - pushed[0], entries[4] - pushed[1]]
+        slopes = [field(conserved).diff(component) for component in symbols.state[1:]]
+        return [*slopes[:3], slopes[3] - x, slopes[4] - y]
 
     along_y = parse(ROUTH_RATE) * cross((0, 0, 1), q.a)[1]
     rows = [
         row(quantity("lambda")),
-        row(quantity("D"), (field.zero, along_y)),
-        row(quantity("E_tilde"), (body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1])),
+        row(quantity("D"), y=along_y),
+        row(quantity("E_tilde"), body.m * q.omega_cross_a[0], body.m * q.omega_cross_a[1]),
         row(body.m * q.s_dot[0]),
         row(body.m * q.s_dot[1]),
     ]
     return DomainMatrix(rows, (5, 5), field.to_domain()).det()
 
 
-@claim(
-    "EQ-26",
+@claim("EQ-26", rule="misprint", control="reproduced", printed=CORRECT_CONDITION)
+def square_of_a_polynomial(printed: str = CONDITION) -> Grounds:
     """The printed relation of sigma, gamma and alpha makes d(z) a square.
 
     Sec. 1 and Sec. 2.1: "sigma=(1-alpha)/(gamma+alpha^2-1)"
     Definition: the condition under which d(z) is the square of a polynomial
     Note: {SQUARE_NOTE}
-    """,
-    rule="misprint",
-    control="reproduced",
-    printed=CORRECT_CONDITION,
-)
-@claim(
-    "EQ-27",
+    """
+    return part.misprint(_square, printed, CORRECT_CONDITION)
+
+
+@claim("EQ-27", rule="misprint", finding="EQ-26", control="reproduced", printed=CORRECT_CONDITION)
+def rational_potential(printed: str = CONDITION) -> Grounds:
     """V is a rational function of cos theta when the printed condition holds.
 
     Sec. 1: "V(z,D(t),lambda) is a rational function of cos theta"
     Definition: for all lambda and D
-    Note: {ROOT_NOTE} {SQUARE_NOTE}
-    """,
-    rule="misprint",
-    finding="EQ-26",
-    control="reproduced",
-    printed=CORRECT_CONDITION,
-)
-def rationality_condition(printed: str = CONDITION) -> Grounds:
-    """Test whether d(z) is a square as printed, and as corrected."""
+    Note: V contains sqrt(d) once, in the product of lambda and D, and so is rational if and only if
+    d is a square. {SQUARE_NOTE}
+    """
     return part.misprint(_square, printed, CORRECT_CONDITION)
 
 
@@ -159,68 +134,71 @@ def _square(text: str) -> Part:
     body: Any = SimpleNamespace(alpha=alpha, gamma=gamma, sigma=sigma)
     discriminant = sympy.discriminant(d(body, z), z)
     toy = load_scene("reference").body
-    at_toy = discriminant.subs({symbol: sympy.Rational(str(getattr(toy, str(symbol))))
-                                for symbol in (alpha, gamma)})  # fmt: skip
-    value = decimal(Fraction(str(at_toy)), 4)
+    numbers = {name: sympy.Rational(str(getattr(toy, str(name)))) for name in (alpha, gamma)}
+    value = decimal(Fraction(str(discriminant.subs(numbers))), 4)
     shown = f"discriminant of d(z): {value} for the toy's alpha and gamma"
     return part.formula(sympy.simplify(discriminant) == 0, f"sigma = {text}", shown, proved=True)
 
 
-@claim(
-    "EQ-24",
+@claim("EQ-24", control="partly", inverted="R*(1 - alpha)*L1")
+def jellett_of_the_spins(
+    upright: str = "R*(1 - alpha)*L0", inverted: str = "R*(1 + alpha)*L1"
+) -> Grounds:
     """The formulas for lambda of the upright and the inverted spin.
 
     Sec. 1: "lambda=R(1-alpha)L0=R(1+alpha)L1"
-    Note: Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for
-    symbolic parameters.
-    """,
-    given={"printed": JELLETT_OF_SPIN},
-    control="partly",
-    printed={**JELLETT_OF_SPIN, "lambda of the inverted spin": "R*(1 - alpha)*L1"},
-)
-@claim(
-    "EQ-46",
+    Note: {OF_THE_SPINS}
+    """
+    return {
+        "lambda of the upright spin": _of_the_spin("lambda", 1, "lambda", upright),
+        "lambda of the inverted spin": _of_the_spin("lambda", -1, "lambda", inverted),
+    }
+
+
+@claim("EQ-46", control="partly", inverted="lambda_*sqrt(d(-1))/(R*(1 + alpha))")
+def routh_of_the_spins(
+    upright: str = "lambda_*sqrt(d(1))/(R*(1 - alpha))",
+    inverted: str = "-lambda_*sqrt(d(-1))/(R*(1 + alpha))",
+) -> Grounds:
     """The formulas for D of the upright and the inverted spin.
 
     Sec. 1: "D0=lambda sqrt(d(1))/(R(1-alpha)), lim_{t->inf} D(t)=D1=-lambda
     sqrt(d(-1))/(R(1+alpha))"
-    Note: Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for
-    symbolic parameters.
-    """,
-    given={"printed": ROUTH_OF_SPIN},
-    control="partly",
-    printed={**ROUTH_OF_SPIN, "D1": ROUTH_OF_SPIN["D1"][1:]},
-)
-@claim(
-    "EQ-47",
+    Note: {OF_THE_SPINS}
+    """
+    return {
+        "D0": _of_the_spin("D", 1, "D0", upright),
+        "D1": _of_the_spin("D", -1, "D1", inverted),
+    }
+
+
+@claim("EQ-47", control="partly", inverted=UPRIGHT_ENERGY)
+def energy_of_the_spins(
+    upright: str = UPRIGHT_ENERGY, inverted: str = UPRIGHT_ENERGY.replace("1 - alpha", "1 + alpha")
+) -> Grounds:
     """The formulas for E~ of the upright and the inverted spin.
 
     Sec. 1: "E~0=lambda^2/(2R^2 I3(1-alpha)^2)+m g R(1-alpha), lim_{t->inf} E~(t)=E~1=lambda^2/(2R^2
     I3(1+alpha)^2)+m g R(1+alpha)"
-    Note: Compared with the function of the vectors 3 = z, L = L0 z and 3 = -z, L = L1 z, for
-    symbolic parameters.
-    """,
-    given={"printed": ENERGY_OF_SPIN},
-    control="partly",
-    printed={**ENERGY_OF_SPIN, "E~1": ENERGY_OF_SPIN["E~0"]},
-)
-def functions_of_the_spins(printed: Mapping[str, str]) -> Grounds:
-    """Compare formulas with a function at the upright and at the inverted spin."""
-    return {name: _of_the_spin(name, text) for name, text in printed.items()}
+    Note: {OF_THE_SPINS}
+    """
+    return {
+        "E~0": _of_the_spin("E_tilde", 1, "E0_tilde", upright),
+        "E~1": _of_the_spin("E_tilde", -1, "E1_tilde", inverted),
+    }
 
 
-def _of_the_spin(name: str, text: str) -> Part:
+def _of_the_spin(name: str, pole: int, symbol: str, text: str) -> Part:
+    """Compare a formula with a quantity at the upright (+1) or inverted (-1) spin."""
     body = Parameters(*sympy.symbols("m R alpha I1 I3 g mu", positive=True))
     spin = sympy.Symbol("L", positive=True)
-    upright = name.endswith(("0", "upright spin"))
-    q = Motion(body, NewtonState(0, 0, 1 if upright else -1, 0, 0, spin, 0, 0), sympy)
+    q = Motion(body, NewtonState(0, 0, pole, 0, 0, spin, 0, 0), sympy)
     lambda_ = QUANTITIES["lambda"].evaluate(q)
     value = evaluate(text, body, sympy, lambda_=lambda_, L0=spin, L1=spin)
-    difference = sympy.simplify(value - QUANTITIES[QUANTITY[name[0]]].evaluate(q))
+    difference = sympy.simplify(value - QUANTITIES[name].evaluate(q))
     shown = "equal, for every body" if difference == 0 else f"off by {difference}"
-    return part.formula(
-        difference == 0, f"{SYMBOL[name]} = {text.replace('lambda_', 'lambda')}", shown, proved=True
-    )
+    printed = f"{symbol} = {text.replace('lambda_', 'lambda')}"
+    return part.formula(difference == 0, printed, shown, proved=True)
 
 
 @claim("EQ-25", control="refuted", limit="E0")
@@ -234,8 +212,7 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
     form 0/0 and only the joint limit exists.
     """
     fn = own_context(DIGITS)
-    body = run.body(fn)
-    lambda_ = fn.convert(run.lambda_)
+    body, lambda_ = run.body(fn), fn.convert(run.lambda_)
     D1 = thresholds.D1(body, lambda_, fn)
     target = getattr(thresholds, limit)(body, lambda_)
     off = []
@@ -245,37 +222,32 @@ def energy_in_the_limit(limit: str = "E1", run: Run = REFERENCE) -> Grounds:
         off.append(abs(effective_potential(body, z, D, lambda_, fn) / target - 1))
     shown = "V(z_min)/E1 - 1 = " + ", ".join(decimal(difference, 2) for difference in off)
     holds = all(10**3 * later < earlier for earlier, later in pairwise(off))
-    check = statement(holds, "lim V(z_min, D, lambda) = E1", shown)
-    return {"V(z_min)": check}
+    return {"V(z_min)": statement(holds, "lim V(z_min, D, lambda) = E1", shown)}
 
 
-@claim(
-    "TH-08",
+@claim("TH-08", control="refuted", multiples=("0.2",))
+def minimum_near_the_south_pole(multiples: tuple[str, ...] = MULTIPLES) -> Grounds:
     """For D slightly above D1 the potential has a minimum close to z = -1.
 
     Proposition 1.1 i): "has a minimum z_min in the interval [-1,-1+eps] for D=D1+delta/(...)"
     Definition: {BESIDE}
-    Note: The distance of the minimum from the pole is proportional to delta, so a delta exists for
-    every eps.
-    """,
-    given={"pole": -1, "claimed": -1},
-    control="refuted",
-    multiples=("0.2",),
-)
-@claim(
-    "TH-09",
+    Note: {PROPORTIONAL}
+    """
+    return _minimum_near_a_pole(-1, -1, multiples)
+
+
+@claim("TH-09", control="refuted", pole=-1)
+def minimum_near_the_north_pole(pole: int = 1) -> Grounds:
     """For D slightly below D0 the potential has a minimum close to z = 1.
 
     Proposition 1.1 ii): "has a minimum z_min in the interval [1-eps,1] for D=D0-delta/(...)"
     Definition: {BESIDE}
-    Note: The distance of the minimum from the pole is proportional to delta, so a delta exists for
-    every eps.
-    """,
-    given={"pole": 1, "claimed": 1},
-    control="refuted",
-    claimed=-1,
-)
-def minimum_near_a_pole(pole: int, claimed: int, multiples: tuple[str, ...] = MULTIPLES) -> Grounds:
+    Note: {PROPORTIONAL}
+    """
+    return _minimum_near_a_pole(1, pole, MULTIPLES)
+
+
+def _minimum_near_a_pole(pole: int, claimed: int, multiples: tuple[str, ...]) -> Grounds:
     """Test whether the minimum tends to the claimed pole as D tends to its value at ``pole``."""
     fn = own_context(DIGITS)
     body = REFERENCE.body(fn)
@@ -290,10 +262,9 @@ def minimum_near_a_pole(pole: int, claimed: int, multiples: tuple[str, ...] = MU
             z = minimum(body, limit(body, lambda_, fn) - pole * shift, lambda_, fn)
             away.append(abs(z - claimed))
         # delta falls by 100 from one to the next, and so should the distance from the pole
-        parts[f"lambda = {multiple} lambda_thres"] = (
-            all(50 * later < earlier for earlier, later in pairwise(away)),
-            f"|z_min - ({claimed})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}",
-        )
+        falls = all(50 * later < earlier for earlier, later in pairwise(away))
+        shown = f"|z_min - ({claimed})| from {decimal(away[0], 2)} to {decimal(away[-1], 2)}"
+        parts[f"lambda = {multiple} lambda_thres"] = falls, shown
     return statements(f"z_min -> {claimed}", parts)
 
 
@@ -313,13 +284,11 @@ def minimum_moves_from_pole_to_pole(until: float = 1.0) -> Grounds:
     wells = [minima(body, begin + (end - begin) * share, lambda_) for share in shares]
     alone = all(len(well) == 1 for well in wells)
     path = [well[0] for well in wells]
-    return statement(
-        alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1,
-        "from z = 1 to z = -1",
-        f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
-        f"{'one minimum' if alone else 'several minima'}, "
-        f"{'monotonically' if rising(path) else 'not monotonically'}",
-    )
+    moves = alone and rising(path) and path[0] < 0.1 and path[-1] > math.pi - 0.1
+    shown = f"theta_min from {decimal(path[0], 3)} to {decimal(path[-1], 6)} rad, "
+    shown += "one minimum, " if alone else "several minima, "
+    shown += "monotonically" if rising(path) else "not monotonically"
+    return statement(moves, "from z = 1 to z = -1", shown)
 
 
 @claim("TH-11", rule="interpretations", control="refuted", factor=0.1)
@@ -339,21 +308,17 @@ def bound_on_the_time_between_turns(factor: float = 1.0, run: Run = REFERENCE) -
     rows = table[["D", "E_tilde", "T_upp"]].itertuples(index=False)
     swings = [(swing_time(body, D, E, lambda_), bound) for D, E, bound in rows]
     largest = max(time / bound for time, bound in swings if time)
-    begin, end = max(
-        pairwise(run.turning_points["t"].astype(float)), key=lambda gap: gap[1] - gap[0]
-    )
-    gap = table[(begin <= table["t"]) & (table["t"] <= end)]
+    turns = run.turning_points["t"].astype(float)
+    begin, end = max(pairwise(turns), key=lambda gap: gap[1] - gap[0])
+    gap = table[table["t"].between(begin, end)]
     rise, bound = float(gap["theta"].iloc[-1] - gap["theta"].iloc[0]), float(gap["T_upp"].max())
+    shown = f"a gap of {decimal(end - begin, 6)} s from t = {decimal(begin, 6)} s, "
+    shown += f"T_upp at most {decimal(bound, 4)} s"
+    frozen = f"at most {decimal(largest, 4)} T_upp"
     parts = {
-        "motion of the solution": (
-            end - begin <= bound,
-            f"a gap of {decimal(end - begin, 6)} s from t = {decimal(begin, 6)} s, "
-            f"T_upp at most {decimal(bound, 4)} s",
-        ),
-        "motion in the potential of one instant": (
-            largest <= 1, f"at most {decimal(largest, 4)} T_upp"
-        ),
-    }  # fmt: skip
+        "motion of the solution": (end - begin <= bound, shown),
+        "motion in the potential of one instant": (largest <= 1, frozen),
+    }
     return statements("gap <= T_upp", parts), {"rise": rise}
 
 
@@ -387,7 +352,7 @@ def theta_goes_to_the_minimum(end: str = "10") -> Grounds:
     Sec. 1: "due to energy dissipation, its position theta(t) goes toward the minimum theta_min(t)"
     Definition: distance: E~ above the minimum of V, on the reference solution continued to 10 s;
     its peak is the largest of values 0.01 s apart
-    Note: Until {peak:3} s the moving potential raises E~ - V_min by the factor {number_1:2}.
+    Note: Until {peak:3} s the moving potential raises E~ - V_min by the factor {factor:2}.
     Dissipation dominates only after that.
     """
     run = Run(variant(until=end))
@@ -401,17 +366,15 @@ def theta_goes_to_the_minimum(end: str = "10") -> Grounds:
     heights = list(map(above, table["D"], table["E_tilde"]))
     highest, peak = max(zip(heights, table["t"], strict=True))
     first, last = heights[0], heights[-1]
+    rise = f"E~ - V_min from {decimal(first, 3)} J up to {decimal(highest, 3)} J at "
+    rise += f"{decimal(peak, 4)} s"
+    fall = f"E~ - V_min down to {decimal(last, 3)} J at {end} s"
     parts = {
-        "all the time": (
-            highest == first,
-            f"E~ - V_min from {decimal(first, 3)} J up to {decimal(highest, 3)} J at "
-            f"{decimal(peak, 4)} s",
-        ),
-        "in the long run": (
-            100 * last < highest, f"E~ - V_min down to {decimal(last, 3)} J at {end} s"
-        ),
-    }  # fmt: skip
-    return statements("goes toward the minimum", parts), {"peak": peak, "number_1": highest / first}
+        "all the time": (highest == first, rise),
+        "in the long run": (100 * last < highest, fall),
+    }
+    numbers = {"peak": peak, "factor": highest / first}
+    return statements("goes toward the minimum", parts), numbers
 
 
 @claim("QUAL-31", control="reproduced", phase="synchronisation")
@@ -430,13 +393,10 @@ def reflections(phase: str = "climb", run: Run = REFERENCE) -> Grounds:
     lower = turns[turns["name"] == "theta_min"]
     wells = [minima(body, D, lambda_)[0] for D in run.column("D", map(float, lower["t"]))]
     beyond = sum(float(theta) > well for theta, well in zip(lower["theta"], wells, strict=True))
+    inside = f"{beyond} of {len(lower)} lower turning points lie beyond the minimum of V"
     return {
         "many times": statement(len(turns) >= MANY, "many times", f"{len(turns)} turning points"),
-        "between the walls": statement(
-            beyond == 0,
-            "between the walls of V",
-            f"{beyond} of {len(lower)} lower turning points lie beyond the minimum of V",
-        ),
+        "between the walls": statement(beyond == 0, "between the walls of V", inside),
     }
 
 

@@ -34,7 +34,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.scene.scene import Scene
 
 claim = claims_of("1")
-COUNT = 40
+COUNT = 40  # Random bodies.
 BODIES = f"{COUNT} random bodies with 1 - alpha < gamma < 1 + alpha and random mu, seeded; "
 LEAVES = "contact-lost"  # A golden scene of the toy above both thresholds that loses contact.
 ABOVE, BELOW = ("1.001", "3"), ("0.3", "0.999")
@@ -44,7 +44,14 @@ PRECESSIONS = ("-50", "0", "83", "150")  # Starts phi_dot(0) in rad/s.
 SIMPLIFIED = "mu*g_n*R**2*(1 - alpha*cos(theta))**2*nu_y/lambda_"
 THRESHOLD = "sqrt(m*g*R**3*alpha*I3)*(1 + alpha)**2/sqrt(1 + alpha - gamma)"
 UPPER = "sqrt(m*g*R**3*alpha*I3)*(1 - alpha)**2/sqrt(alpha + gamma - 1)"
-THRESHOLD_DIGITS = 40
+THRESHOLD_DIGITS = 40  # Digits to which the formulas agree with eigenvalues.
+EXPONENTIAL = (
+    "The approach is exponential, and the inverted spin with this lambda attracts (TH-01)."
+)
+EIGENVALUES = (
+    "The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the "
+    "scene's friction, and again with another, which leaves the threshold where it is."
+)
 CONFIGURATION = ("theta", "phi", "psi", "x", "y", "height")
 
 
@@ -100,11 +107,11 @@ def _tumbling_condition() -> Part:
     body, c, s = symbols.body, symbols.c, symbols.s
     state = symbols.state._replace(theta_dot=zero, nu_x=zero, nu_y=zero)
     rates = euler.rates(body, state, symbols)
-    height = 1 - body.alpha * c
-    combined = body.I1 * (height * rates.theta_dot + rates.nu_x / body.R) / s
-    wanted = body.I1 * state.phi_dot * (state.phi_dot * (c - body.alpha) - state.omega_3)
-    one = equal(combined, wanted, "omega_3 = phi_dot*(cos(theta) - alpha)")
-    return replace(one, measured=f"{one.measured}, where theta_ddot = nu_x_dot = 0")
+    combined = body.I1 * ((1 - body.alpha * c) * rates.theta_dot + rates.nu_x / body.R)
+    combined /= s
+    expected = body.I1 * state.phi_dot * (state.phi_dot * (c - body.alpha) - state.omega_3)
+    judged = equal(combined, expected, "omega_3 = phi_dot*(cos(theta) - alpha)")
+    return replace(judged, measured=f"{judged.measured}, where theta_ddot = nu_x_dot = 0")
 
 
 @claim("TH-04", control="refuted", lowest="1 - alpha")
@@ -166,13 +173,11 @@ def _for_ever(names: list[str]) -> str:
 
 def _spin(side: int) -> Motion:
     """The spin k = side z with twice the toy's lambda_thres."""
-    known = REFERENCE.thresholds
-    body = REFERENCE.body(known.context)
-    lambda_ = 2 * known.quantities["lambda_thres"].value
-    spin = lambda_ / (body.R * (1 - side * body.alpha))
-    zero = known.context.mpf(0)
-    state = NewtonState(zero, zero, zero + side, zero, zero, spin, zero, zero)
-    return Motion(body, state, known.context)
+    numbers = REFERENCE.thresholds
+    fn, body = numbers.context, REFERENCE.body(numbers.context)
+    spin = 2 * numbers.quantities["lambda_thres"].value / (body.R * (1 - side * body.alpha))
+    zero = fn.mpf(0)
+    return Motion(body, NewtonState(zero, zero, zero + side, zero, zero, spin, zero, zero), fn)
 
 
 def _stays(q: Motion) -> bool:
@@ -191,19 +196,16 @@ def inverted_state(axis: int = 1) -> Grounds:
     Note: With 3 = z the state is an upright spin with too small a lambda; the inverted spin has 3 =
     -z. The error occurs at both places.
     """
-
-    def state(k: int) -> str:
-        axis = "z_hat" if k > 0 else "-z_hat"
-        return f"(L, axis, v_A) = (lambda/(R*(1 + alpha))*z_hat, {axis}, 0)"
-
     R, alpha, lambda_ = sympy.symbols("R alpha lambda", positive=True)
 
-    def has_its_lambda(k: int) -> Part:
+    def compare(k: int) -> Part:
+        direction = "z_hat" if k > 0 else "-z_hat"
+        text = f"(L, axis, v_A) = (lambda/(R*(1 + alpha))*z_hat, {direction}, 0)"
         spin, arm = lambda_ / (R * (1 + alpha)), R * (alpha * k - 1)
         ratio = sympy.factor(sympy.simplify(-spin * arm / lambda_))
-        return part.formula(ratio == 1, state(k), f"-L.a is lambda times {ratio}", proved=True)
+        return part.formula(ratio == 1, text, f"-L.a is lambda times {ratio}", proved=True)
 
-    return part.misprint(has_its_lambda, axis, -1)
+    return part.misprint(compare, axis, -1)
 
 
 @claim("TH-07", control="refuted", phi_dot="0")
@@ -220,15 +222,12 @@ def negative_normal_force(phi_dot: str = "-300") -> Grounds:
     end = solution.t_end
     before, after = exact(solution, "g_n", end * 0.999, end)
     falling = solution.status == "contact_lost" and before > 1e-6 > after
-    known = run.thresholds.quantities
-    ratio = known["lambda"].value / known["lambda_thres"].value
-    return statement(
-        falling,
-        "g_n < 0 is possible",
-        f"g_n {'falls through 0' if falling else 'stays positive to'} at t = "
-        f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s",
-        proved=falling and proofs_of(LEAVES).contact_lost is not None,
-    ), {"ratio": ratio}
+    shown = f"g_n {'falls through 0' if falling else 'stays positive to'} at t = "
+    shown += f"{decimal(end, 12)} s with phi_dot(0) = {phi_dot} rad/s"
+    proved = falling and proofs_of(LEAVES).contact_lost is not None
+    values = run.thresholds.quantities
+    ratio = values["lambda"].value / values["lambda_thres"].value
+    return statement(falling, "g_n < 0 is possible", shown, proved=proved), {"ratio": ratio}
 
 
 @claim("TH-16", control="refuted", starts=("60", "155"))
@@ -281,49 +280,44 @@ def limits_in_the_past(run: Run = REFERENCE) -> Grounds:
     """
     end, again = past(run.scene), past(run.scene, 1e-10)
     start = float(run.loaded.start.theta.offset)
-    how = "contact is made at" if end.contact_lost else "still gliding at"
-    return statement(
-        not end.contact_lost and end.theta <= 2 * start,
-        "theta -> 0, L -> L0 z",
-        f"{how} t = {Value.of(end.t, again.t)} s with theta = "
-        f"{decimal(end.theta, 4)} rad and {decimal(end.energy_ratio, 3)} times the "
-        "energy",
-    )
+    shown = "contact is made at" if end.contact_lost else "still gliding at"
+    shown += f" t = {Value.of(end.t, again.t)} s with theta = {decimal(end.theta, 4)} rad and "
+    shown += f"{decimal(end.energy_ratio, 3)} times the energy"
+    holds = not end.contact_lost and end.theta <= 2 * start
+    return statement(holds, "theta -> 0, L -> L0 z", shown)
 
 
-@claim(
-    "TH-15",
+@claim("TH-15", control="refuted", run=Run(variant(omega_3="60")))
+def limits_of_the_state(run: Run = REFERENCE) -> Grounds:
     """The reference solution tends to theta = pi and L = L1 z.
 
     Sec. 1: "lim_{t->inf} theta(t)=pi ... L(t)=L1 z"
     Definition: the reference solution continued to {TIMES[2]} s; it tends to a limit if the
     distance falls at least tenfold between {TIMES} s
-    Note: The approach is exponential, and the inverted spin with this lambda attracts (TH-01).
-    """,
-    given={"names": ("theta", "Lz")},
-    control="refuted",
-    run=Run(variant(omega_3="60")),
-)
-@claim(
-    "TH-24",
+    Note: {EXPONENTIAL}
+    """
+    return _limits_in_the_future(run, "theta", "Lz")
+
+
+@claim("TH-24", control="refuted", run=Run(variant(omega_3="60")))
+def limits_of_the_functions(run: Run = REFERENCE) -> Grounds:
     """D and E~ of the reference solution tend to D1 and E~1.
 
     Sec. 1: "lim_{t->inf} D(t)=D1 ... lim_{t->inf} E~(t)=E~1"
     Definition: as for TH-15
-    Note: The approach is exponential, and the inverted spin with this lambda attracts (TH-01).
-    """,
-    given={"names": ("D", "E_tilde")},
-    control="refuted",
-    run=Run(variant(omega_3="60")),
-)
-def limits_in_the_future(names: tuple[str, str], run: Run = REFERENCE) -> Grounds:
+    Note: {EXPONENTIAL}
+    """
+    return _limits_in_the_future(run, "D", "E_tilde")
+
+
+def _limits_in_the_future(run: Run, *names: str) -> dict[str, Part]:
     """Test whether quantities of a solution tend to their values in the inverted spin."""
     away = _distances(run)
-    checks = {name: _falling(away[name]) for name in names if name in away}
-    if not checks:
-        checks[names[0]] = statement(False, "tends to its limit", "leaves the table before")
+    if not away:
+        return {names[0]: statement(False, "tends to its limit", "leaves the table before")}
+    parts = {name: _falling(away[name]) for name in names}
     proved = run.proofs.inverts
-    return {name: replace(one, proved=proved and one.holds) for name, one in checks.items()}
+    return {name: replace(one, proved=proved and one.holds) for name, one in parts.items()}
 
 
 @claim("SUM-03", finding="TH-14", control="reproduced", pasts=())
@@ -336,22 +330,19 @@ def shared_asymptotic_values(pasts: tuple[str, ...] = ("0",)) -> Grounds:
     Note: The limits for t -> inf follow from lambda alone. Only motions on the unstable manifold of
     the upright spin have the limits for t -> -inf (TH-14).
     """
-    checks: dict[str, Part] = {}
+    parts: dict[str, Part] = {}
     for phi_dot in PRECESSIONS:
-        away = _distances(Run(with_the_same_lambda(phi_dot)))
-        if away:
-            parts = [_falling(away[name]) for name in ("D", "E_tilde")]
-            holds = all(one.holds for one in parts)
-            checks[f"t -> inf, phi_dot(0) = {phi_dot}"] = statement(
-                holds, "D -> D1, E~ -> E~1", ", ".join(one.measured for one in parts)
-            )
+        if away := _distances(Run(with_the_same_lambda(phi_dot))):
+            D, E_tilde = _falling(away["D"]), _falling(away["E_tilde"])
+            holds, shown = D.holds and E_tilde.holds, f"{D.measured}, {E_tilde.measured}"
+            name = f"t -> inf, phi_dot(0) = {phi_dot}"
+            parts[name] = statement(holds, "D -> D1, E~ -> E~1", shown)
     for phi_dot in pasts:
         begin = past(with_the_same_lambda(phi_dot))
         shown = f"begins at t = {decimal(begin.t, 6)} s, where g_n = 0"
-        checks[f"t -> -inf, phi_dot(0) = {phi_dot}"] = statement(
-            not begin.contact_lost, "D -> D0, E~ -> E~0", shown
-        )
-    return checks
+        name = f"t -> -inf, phi_dot(0) = {phi_dot}"
+        parts[name] = statement(not begin.contact_lost, "D -> D0, E~ -> E~0", shown)
+    return parts
 
 
 def _distances(run: Run) -> dict[str, list[float]]:
@@ -406,20 +397,16 @@ def balanced_equation(printed: str = SIMPLIFIED) -> Grounds:
     expression); eq (2) is not used and would be violated.
     """
     symbols = chart()
-    body, state = symbols.body, symbols.state
-    c, s = symbols.c, symbols.s
+    body, state, c, s = symbols.body, symbols.state, symbols.c, symbols.s
     balanced = state._replace(omega_3=body.gamma * state.phi_dot * c)
     rates = euler.rates(body, balanced, symbols)
-    xi_rate = (
-        body.I3 * rates.omega_3
-        - body.I1 * rates.phi_dot * c
-        + body.I1 * state.phi_dot * s * state.theta_dot
-    )
-    known = dict(names()) | {
+    xi_rate = body.I3 * rates.omega_3 - body.I1 * rates.phi_dot * c
+    xi_rate += body.I1 * state.phi_dot * s * state.theta_dot
+    words = dict(names()) | {
         "g_n": euler.normal_force(body, balanced, symbols),
         "lambda_": euler.jellett(body, balanced, symbols),
     }
-    claimed = body.I1 * state.phi_dot / s * (state.theta_dot - parse(printed, known))
+    claimed = body.I1 * state.phi_dot / s * (state.theta_dot - parse(printed, words))
     return equal(claimed, xi_rate, f"theta_dot = {printed}")
 
 
@@ -431,13 +418,13 @@ def simplified_theta_increases(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     Definition: theta_dot of the simplified equation wherever nu_y > 0, with g_n and nu_y of the
     reference solution; the cited work has a nu_y of its own
     Note: theta_dot has the sign of nu_y, as g_n and lambda are positive. In the reference solution
-    nu_y is positive for {number_1:3} % of the time.
+    nu_y is positive for {positive:3} % of the time.
     """
     whole = run.sampled(("theta_dot_simplified", "nu_y"))
     table = whole[whole["nu_y"] > 0]
     share = float((sign * table["theta_dot_simplified"] > 0).mean())
     shown = f"theta_dot > 0 for {decimal(100 * share, 3)} % of the time with nu_y > 0"
-    return statement(share == 1, "increasing", shown), {"number_1": 100 * len(table) / len(whole)}
+    return statement(share == 1, "increasing", shown), {"positive": 100 * len(table) / len(whole)}
 
 
 @claim("TH-18", control="refuted", middle=0.3)
@@ -454,45 +441,38 @@ def gyroscopic_balance(middle: float = math.pi / 2, run: Run = REFERENCE) -> Gro
     near = abs(table["theta"] - middle) < 0.3
     xi, size = (float(square[near].mean() ** 0.5) for square in squares.values())
     start = float(squares["xi"].iloc[0] / squares["L"].iloc[0]) ** 0.5
-    parts = {"xi/|L|": part.approximate("xi approximately 0", xi, size, "xi/|L| =")}
-    return parts, {"start": start}
+    ratio = part.approximate("xi approximately 0", xi, size, "xi/|L| =")
+    return {"xi/|L|": ratio}, {"start": start}
 
 
-@claim(
-    "TH-02",
+@claim("TH-02", control="refuted", printed=THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3"))
+def threshold_of_the_inverted_spin(printed: str = THRESHOLD, run: Run = REFERENCE) -> Grounds:
     """The formula for lambda_thres gives the spin at which the inverted spin becomes stable.
 
     Theorem 1.1: "lambda_thres=sqrt(m g R^3 alpha I3)(1+alpha)^2/sqrt(1+alpha-gamma)"
     Definition: the spin at which an eigenvalue of the gliding top, linearised numerically about the
     inverted spin, crosses the imaginary axis
-    Note: The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the
-    scene's friction, and again with another, which leaves the threshold where it is.
-    """,
-    given={"name": "lambda_thres", "printed": THRESHOLD},
-    control="refuted",
-    printed=THRESHOLD.replace("(1 + alpha)**2", "(1 + alpha)**3"),
-)
-@claim(
-    "TH-23",
+    Note: {EIGENVALUES}
+    """
+    return _threshold_of_the_toy("lambda_thres", printed, run)
+
+
+@claim("TH-23", control="refuted", printed=UPPER.replace("(1 - alpha)**2", "(1 - alpha)**3"))
+def threshold_of_the_upright_spin(printed: str = UPPER, run: Run = REFERENCE) -> Grounds:
     """The formula for lambda_up gives the spin at which the stability of a spin changes.
 
     Theorem 1.1: "lambda_up=sqrt(m g R^3 alpha I3)(1-alpha)^2/sqrt(alpha+gamma-1)"
     Definition: the spin at which an eigenvalue of the gliding top, linearised numerically about the
     upright spin, crosses the imaginary axis
-    Note: The toy's value in kg m^3/s; the eigenvalues come from the equations of motion with the
-    scene's friction, and again with another, which leaves the threshold where it is.
-    """,
-    given={"name": "lambda_up", "printed": UPPER},
-    control="refuted",
-    printed=UPPER.replace("(1 - alpha)**2", "(1 - alpha)**3"),
-)
-def threshold_of_the_toy(name: str, printed: str, run: Run = REFERENCE) -> Grounds:
-    """Compare a printed threshold with the spin at which an eigenvalue changes sides."""
-    known = run.thresholds
-    quantity = known.quantities[name]
-    value = evaluate(printed, run.body(known.context), known.context)
-    shown = f"{name} = {printed}"
-    return part.agrees(shown, value, quantity.independent, THRESHOLD_DIGITS)
+    Note: {EIGENVALUES}
+    """
+    return _threshold_of_the_toy("lambda_up", printed, run)
+
+
+def _threshold_of_the_toy(name: str, printed: str, run: Run) -> Part:
+    fn, independent = run.thresholds.context, run.thresholds.quantities[name].independent
+    value = evaluate(printed, run.body(fn), fn)
+    return part.agrees(f"{name} = {printed}", value, independent, THRESHOLD_DIGITS)
 
 
 @claim("NT-02")
@@ -501,16 +481,13 @@ def slow_spin() -> Grounds:
 
     Sec. 1: "comes to a standstill due to loss of energy caused by spinning friction"
     Note: About the real toy. The paper's model has no spinning friction: lambda is constant, so no
-    motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, {number_1:3}
-    % of the rotational energy is left after 20 s and theta is {theta:2} rad: it does not invert.
+    motion with lambda > 0 ever stops. With omega_3(0) = 40 rad/s, below the threshold, {left:3} %
+    of the rotational energy is left after 20 s and theta is {theta:2} rad: it does not invert.
     """
     slow = Run(variant(omega_3="40", until="20"))
     first, last = slow.column("E_rot", slow.whole)
-    theta = slow.value("theta", slow.whole.end)
-    return part.untestable("wobbles, comes to a standstill"), {
-        "number_1": 100 * (last / first),
-        "theta": theta,
-    }
+    numbers = {"left": 100 * (last / first), "theta": slow.value("theta", slow.whole.end)}
+    return part.untestable("wobbles, comes to a standstill"), numbers
 
 
 @claim("NT-04")
@@ -519,10 +496,10 @@ def software() -> Grounds:
 
     Sec. 1, Figs 2 and 3: "the Python 2.7 open source library SciPy"
     Note: Which routine and which tolerances were used is not said. SciPy's odeint, the same LSODA
-    as then, with default tolerances on eqs (2) to (7) keeps lambda to {number_1:1} of its value,
-    which fits the stated 1e-6 (NUM-03).
+    as then, with default tolerances on eqs (2) to (7) keeps lambda to {drift:1} of its value, which
+    fits the stated 1e-6 (NUM-03).
     """
-    return part.untestable("Python 2.7, SciPy"), {"number_1": paper_odeint()[1]}
+    return part.untestable("Python 2.7, SciPy"), {"drift": paper_odeint()[1]}
 
 
 @claim("QUAL-01", control="refuted", run=Run("smoothest"))
@@ -535,16 +512,14 @@ def oscillation(run: Run = REFERENCE) -> Grounds:
     """
     turns = run.turning_points
     near, far = 0.2, math.pi - 0.2
-    inside = turns[(turns["theta"] > near) & (turns["theta"] < far)]
-    times = [0.0, *turns["t"]]
-    gap, begin = max((float(b - a), float(a)) for a, b in pairwise(times))
+    inside = int(turns["theta"].between(near, far, inclusive="neither").sum())
+    gap, begin = max((float(b - a), float(a)) for a, b in pairwise([0.0, *turns["t"]]))
     turning = run.proofs.events("theta_min", "theta_max")
     surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
-    proved = bool(surely) and all(number == len(inside) for number in surely)
-    shown = f"{len(inside)} times during the inversion, {len(turns)} times in all"
-    return statement(
-        len(inside) >= MANY, "theta_dot changes sign many times", shown, proved=proved
-    ), {"gap": gap, "begin": begin}
+    proved = bool(surely) and all(number == inside for number in surely)
+    shown = f"{inside} times during the inversion, {len(turns)} times in all"
+    many = statement(inside >= MANY, "theta_dot changes sign many times", shown, proved=proved)
+    return many, {"gap": gap, "begin": begin}
 
 
 @claim("TH-17", control="refuted", printed=7)

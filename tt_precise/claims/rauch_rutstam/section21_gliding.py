@@ -9,14 +9,13 @@ from msgspec.structs import replace
 from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import parse
-from tt_precise.claims.evidence.run import REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.run import REFERENCE, Run, Span, rows_of, variant
 from tt_precise.claims.part import Part, Value, decimal, statement, statements
 from tt_precise.claims.rauch_rutstam.section1_potential import CONDITION, CORRECT_CONDITION
 from tt_precise.claims.verdicts import Grounds
 from tt_precise.scene.scene import load_scene
 
 claim = claims_of("2.1")
-LAST_FALLING = "name == 'nu_crossing' and direction < 0"
 LATER = "10"  # Horizon in s, with enough nutations after the climb.
 ORDERS = (
     "decimal logarithm of the ratio of nu_y in the climb (initiation to ending time, definition A) "
@@ -28,6 +27,7 @@ OSCILLATION = (
     "oscillation: largest distance between consecutive extrema, among which the ends of both "
     "phases are (definition A)"
 )
+BOTH_ORDERS = "Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36)."
 PERIOD = "a nutation period is the time from one maximum of theta to the next"
 
 
@@ -56,11 +56,9 @@ def toy_lies_between(run: Run = REFERENCE) -> Grounds:
     Definition: the toy of section 2.1
     Note: Computed with exact fractions. The condition on sigma is TH-19.
     """
-    body = run.loaded.body
-    lower, gamma = 1 - body.alpha**2, body.gamma
-    return statement(
-        lower < gamma < 1, "1-alpha^2 < gamma < 1", f"{lower}, {gamma}, 1", proved=True
-    )
+    lower, gamma = 1 - run.loaded.body.alpha**2, run.loaded.body.gamma
+    shown = f"{lower}, {gamma}, 1"
+    return statement(lower < gamma < 1, "1-alpha^2 < gamma < 1", shown, proved=True)
 
 
 @claim("NUM-01", control="refuted", run=Run(variant(omega_3="300")))
@@ -68,13 +66,13 @@ def reference_lambda(printed: str = "2", run: Run = REFERENCE) -> Grounds:
     """lambda of the reference start is about twice the threshold.
 
     Sec. 2.1: "initial conditions (IC) with lambda≈2lambda_thres"
-    Note: lambda = {known[lambda].value:12} kg m^3/s and lambda_thres =
-    {known[lambda_thres].value:12} kg m^3/s.
+    Note: lambda = {values[lambda].value:12} kg m^3/s and lambda_thres =
+    {values[lambda_thres].value:12} kg m^3/s.
     """
-    known = run.thresholds.quantities
-    ratio = known["lambda"].value / known["lambda_thres"].value
-    check = known["lambda"].independent / known["lambda_thres"].independent
-    return part.about(printed, Value.of(ratio, check), "lambda_thres"), {"known": known}
+    values = run.thresholds.quantities
+    ratio = values["lambda"].value / values["lambda_thres"].value
+    check = values["lambda"].independent / values["lambda_thres"].independent
+    return part.about(printed, Value.of(ratio, check), "lambda_thres"), {"values": values}
 
 
 @claim("NT-01")
@@ -84,64 +82,55 @@ def realistic_values() -> Grounds:
     Sec. 2.1: "realistic values of the physical parameters for a typical toy TT ... close to the
     parameter values used in simulations by other authors"
     Note: The paper does not have the values of the cited authors, and "close" has no measure. The
-    body is possible: I1 = {number_1:4}, I3 = {number_2:4} m R^2 with I3 < 2 I1, m = {number_3:2} g,
-    R = {number_4:2} cm. mu = 0.3 lacks its unit, s/m.
+    body is possible: I1 = {I1:4}, I3 = {I3:4} m R^2 with I3 < 2 I1, m = {m:2} g, R = {R:2} cm. mu =
+    0.3 lacks its unit, s/m.
     """
     body = load_scene("reference").body
-    inertia = body.m * body.R**2
-    return part.untestable("realistic, close to [Coh, Ued]"), {
-        "number_1": body.I1 / inertia,
-        "number_2": body.I3 / inertia,
-        "number_3": 1000 * body.m,
-        "number_4": 100 * body.R,
-    }
+    unit = body.m * body.R**2
+    numbers = {"I1": body.I1 / unit, "I3": body.I3 / unit, "m": 1000 * body.m, "R": 100 * body.R}
+    return part.untestable("realistic, close to [Coh, Ued]"), numbers
 
 
-@claim(
-    "NUM-36",
+@claim("NUM-36", rule="interpretations", control="refuted", orders=(3.5, 4.5))
+def growth_in_the_summary(orders: tuple[float, float] = (1, 2), run: Run = REFERENCE) -> Grounds:
     """At the initiation time nu_y increases by one to two orders of magnitude.
 
     Summary d): "increases by 1-2 orders of magnitude"
     Definition: {ORDERS}; 1-2 orders: 1 to 2
-    Note: Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36).
-    """,
-    rule="interpretations",
-    given={"orders": (1, 2)},
-    control="refuted",
-    orders=(3.5, 4.5),
-)
-@claim(
-    "NUM-37",
+    Note: {BOTH_ORDERS}
+    """
+    return _growth_of_nu_y(*orders, run)
+
+
+@claim("NUM-37", rule="interpretations", control="reproduced", orders=(0.5, 3))
+def growth_in_the_climb(orders: tuple[float, float] = (1.5, 2.5), run: Run = REFERENCE) -> Grounds:
     """In the climb nu_y is about two orders of magnitude larger than before.
 
     Sec. 2.1: "its values increase by about two orders of magnitude in comparison with values during
     the synchronatisation phase"
     Definition: {ORDERS}; about two: 1.5 to 2.5
-    Note: Section 2.1 says about two orders (NUM-37), the summary one to two (NUM-36).
-    """,
-    rule="interpretations",
-    given={"orders": (1.5, 2.5)},
-    control="reproduced",
-    orders=(0.5, 3),
-)
-def growth_of_nu_y(orders: tuple[float, float], run: Run = REFERENCE) -> Grounds:
+    Note: {BOTH_ORDERS}
+    """
+    return _growth_of_nu_y(*orders, run)
+
+
+def _growth_of_nu_y(low: float, high: float, run: Run) -> dict[str, Part]:
     """Compare nu_y in the climb with nu_y before it, in orders of magnitude."""
-    before, during = run.synchronisation, run.climb
+    spans = run.climb, run.synchronisation
     first = next(value for value in run.extrema("nu_y")[1] if value > 0)
-    peak, earlier = (_largest_size("nu_y", run, span) for span in (during, before))
-    means = [run.mean("nu_y", span) for span in (during, before)]
+    peak, earlier = (_largest_size("nu_y", run, span) for span in spans)
+    mean, mean_before = (run.mean("nu_y", span) for span in spans)
     ratios = {
         "largest values": peak / earlier,
-        "means": means[0] / means[1],
+        "means": mean / mean_before,
         "largest against the first maximum": peak / first,
     }
-    low, high = orders
     parts = {}
     for name, ratio in ratios.items():
         size = math.log10(ratio)
         shown = f"factor {decimal(ratio, 4)}, {size:.2f} orders"
-        parts[name] = statement(low <= size <= high, f"{low} to {high} orders", shown)
-    return parts
+        parts[name] = low <= size <= high, shown
+    return statements(f"{low} to {high} orders", parts)
 
 
 @claim("QUAL-19", control="refuted", sign=-1)
@@ -150,12 +139,12 @@ def positive_at_first(sign: int = 1, run: Run = REFERENCE) -> Grounds:
 
     Sec. 2.1: "initially nu_x (blue) is positive"
     Definition: {INITIALLY}
-    Note: Its mean until then is {number_1:3} m/s.
+    Note: Its mean until then is {mean:3} m/s.
     """
     span = _initially(run)
-    least = sign * run.value("nu_x", span.middle)
-    check = statement(least > 0, "positive", f"until {decimal(span.end, 5)} s")
-    return check, {"number_1": run.mean("nu_x", span)}
+    positive = sign * run.value("nu_x", span.middle) > 0
+    shown = f"until {decimal(span.end, 5)} s"
+    return statement(positive, "positive", shown), {"mean": run.mean("nu_x", span)}
 
 
 @claim("QUAL-37", control="refuted", larger="nu_y", smaller="nu_x")
@@ -168,8 +157,7 @@ def larger_at_first(larger: str = "nu_x", smaller: str = "nu_y", run: Run = REFE
     """
     span = _initially(run)
     crossing = float(run.events("nu_crossing")["t"].iloc[0])
-    middle = run.columns((larger, smaller), [span.middle])
-    above = bool(middle[larger][0] > middle[smaller][0])
+    above = run.value(larger, span.middle) > run.value(smaller, span.middle)
     shown = f"no crossing until {decimal(crossing, 5)} s"
     return statement(above and crossing > span.end, f"{larger} > {smaller}", shown), {"span": span}
 
@@ -186,13 +174,10 @@ def close_to_zero_at_first(name: str = "nu_y", run: Run = REFERENCE) -> Grounds:
     span = _initially(run)
     mean, other = run.mean(name, span), run.mean("nu_x", span)
     changes = len(run.zeros(name, span))
-    size = _largest_size(name, run, run.synchronisation)
-    shown = (
-        f"mean {decimal(mean, 3)} against {decimal(other, 3)} m/s until "
-        f"{decimal(span.end, 5)} s, {changes} changes of sign"
-    )
-    check = statement(changes > 1 and abs(mean) < other / 5, "oscillates close to 0", shown)
-    return check, {"size": size}
+    shown = f"mean {decimal(mean, 3)} against {decimal(other, 3)} m/s until "
+    shown += f"{decimal(span.end, 5)} s, {changes} changes of sign"
+    close = statement(changes > 1 and abs(mean) < other / 5, "oscillates close to 0", shown)
+    return close, {"size": _largest_size(name, run, run.synchronisation)}
 
 
 def _initially(run: Run) -> Span:
@@ -206,22 +191,17 @@ def crossing_from_below(printed: str = "3.2", run: Run = REFERENCE) -> Grounds:
 
     Sec. 2.1; Summary d): "the graph of nu_y(t) crosses the graph of nu_x(t) at t_{theta≈0}≈3.2s"
     Definition: events nu_y = nu_x at which nu_y - nu_x rises, before mid-climb
-    Note: nu_y crosses nu_x {number_1} times, both ways, between {every[0]:5} and {number_2:5} s;
-    from the last one on nu_y stays above until {number_3:5} s.
+    Note: nu_y crosses nu_x {count} times, both ways, between {first:5} and {last:5} s; from the
+    last one on nu_y stays above until {until:5} s.
     """
-    crossings = _crossings(run, rising=True, early=True)
-    nearest = min(crossings, key=lambda t: abs(t - run.climb.begin))
-    every = _crossings(run, early=True)
+    rising, every = _crossings(run, rising=True, early=True), _crossings(run, early=True)
+    nearest = min(rising, key=lambda t: abs(t - run.climb.begin))
+    until = _crossings(run, early=False)[0]
     return {
         "the crossing nearest to t_init": part.about(printed, nearest, "s"),
-        "the last crossing": part.about(printed, crossings[-1], "s"),
-        "the first crossing": part.about(printed, crossings[0], "s"),
-    }, {
-        "number_1": len(every),
-        "every": every,
-        "number_2": every[-1],
-        "number_3": _crossings(run, early=False)[0],
-    }
+        "the last crossing": part.about(printed, rising[-1], "s"),
+        "the first crossing": part.about(printed, rising[0], "s"),
+    }, {"count": len(every), "first": every[0], "last": every[-1], "until": until}
 
 
 @claim("QUAL-21", control="refuted", higher="nu_x", lower="nu_y")
@@ -233,11 +213,9 @@ def minima_in_the_climb(higher: str = "nu_y", lower: str = "nu_x", run: Run = RE
     Definition: {PERIOD}; the least values of nu_x and nu_y in each period of the climb
     Note: The sentence has "minimal of nu_y(t)" for "minima of nu_y(t)".
     """
-    spans = run.nutations(run.climb)
-    above = _count_above(higher, lower, spans, run)
-    shown = f"in {above} of {len(spans)} nutations of the climb"
-    check = statement(0 < above == len(spans), f"minima of {higher} above those of {lower}", shown)
-    return {"in every nutation": check}
+    above, shown = _count_above(higher, lower, run, run.climb)
+    words = f"minima of {higher} above those of {lower}"
+    return {"in every nutation": statement(above, words, f"{shown} of the climb")}
 
 
 @claim("QUAL-22", rule="interpretations", control="refuted", name="nu_x")
@@ -249,24 +227,18 @@ def positive_in_the_climb(name: str = "nu_y", run: Run = REFERENCE) -> Grounds:
     Note: Positive at every instant only between {first:5} and {last:5} s.
     """
     climb = run.climb
-    below = run.share_below_zero(name, climb)
-    zeros = run.zeros(name, climb)
+    below, zeros = run.share_below_zero(name, climb), run.zeros(name, climb)
     least = min(run.least_in([climb], name))
     average = min(run.mean(name, span) for span in run.nutations(climb))
-    early = [t for t in zeros if t < climb.middle]
-    late = [t for t in zeros if t > climb.middle]
+    shown = f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s"
     parts = {
-        "at every instant": (
-            below == 0,
-            f"negative for {100 * below:.3g} % of the climb, down to {decimal(least, 4)} m/s",
-        ),
+        "at every instant": (below == 0, shown),
         "averaged over each nutation": (average > 0, f"least average {decimal(average, 3)} m/s"),
     }
-    numbers = {
-        "first": max(early, default=climb.begin),
-        "last": min(late, default=climb.end),
+    return statements("positive", parts), {
+        "first": max((t for t in zeros if t < climb.middle), default=climb.begin),
+        "last": min((t for t in zeros if t > climb.middle), default=climb.end),
     }
-    return statements("positive", parts), numbers
 
 
 @claim("QUAL-23", control="refuted", phases=("climb", "synchronisation"))
@@ -294,9 +266,10 @@ def mean_of_nu_x(name: str = "nu_x", run: Run = REFERENCE) -> Grounds:
     Note: Before the climb the mean is {before:3} m/s.
     """
     average, swing = run.mean(name, run.climb), run.largest_swing(name, run.climb)
+    slightly = -swing / 5 < average < 0
     before = run.mean(name, run.synchronisation)
-    check = statement(-swing / 5 < average < 0, "slightly negative", f"{decimal(average, 4)} m/s")
-    return check, {"before": before}
+    shown = f"{decimal(average, 4)} m/s"
+    return statement(slightly, "slightly negative", shown), {"before": before}
 
 
 @claim("QUAL-24", finding="NUM-05", control="rounded", printed="7.84")
@@ -306,13 +279,12 @@ def crossing_from_above(printed: str = "7.86", run: Run = REFERENCE) -> Grounds:
     Sec. 2.1: "When the climbing is finished at t_{theta≈pi}≈7.86s the graph of nu_y again crosses
     the graph of nu_x from above"
     Definition: the last event nu_y = nu_x at which nu_y - nu_x falls
-    Note: nu_y crosses nu_x from above at {shown} s; the last crossing is final. Only the time is
+    Note: nu_y crosses nu_x from above at {falling} s; the last crossing is final. Only the time is
     wrong, like that of NUM-05.
     """
-    falling = _crossings(run, rising=False, early=False)
-    last = run.confirm(lambda solution: solution.events.query(LAST_FALLING)["t"].iloc[-1])
-    shown = ", ".join(decimal(t, 5) for t in falling)
-    return part.about(printed, last, "s"), {"shown": shown}
+    last = run.confirm(lambda run: rows_of(run, "nu_crossing").query("direction < 0")["t"].iloc[-1])
+    falling = tuple(decimal(t, 5) for t in _crossings(run, rising=False, early=False))
+    return part.about(printed, last, "s"), {"falling": falling}
 
 
 @claim("QUAL-30", control="refuted", higher="nu_y", lower="nu_x")
@@ -327,25 +299,26 @@ def minima_after_the_climb(
     """
     last = _crossings(run, rising=False, early=False)[-1]
     longer = Run(variant(run.scene, until=LATER))
-    spans = longer.nutations(Span(last, float(LATER)))
-    above = _count_above(higher, lower, spans, longer)
-    shown = f"in {above} of {len(spans)} nutations"
-    check = statement(0 < above == len(spans), f"minima of {lower} below those of {higher}", shown)
-    return check, {"last": last}
+    above, shown = _count_above(higher, lower, longer, Span(last, float(LATER)))
+    words = f"minima of {lower} below those of {higher}"
+    return statement(above, words, shown), {"last": last}
 
 
 def _crossings(run: Run, *, early: bool, rising: bool | None = None) -> list[float]:
-    events = run.events("nu_crossing")
+    """The times of nu_y = nu_x before or after mid-climb, where nu_y - nu_x rises or falls."""
     return [
         float(t)
-        for t, direction in zip(events["t"], events["direction"], strict=True)
+        for t, direction in run.events("nu_crossing")[["t", "direction"]].to_numpy()
         if (t < run.climb.middle) == early and (rising is None or (direction > 0) == rising)
     ]
 
 
-def _count_above(higher: str, lower: str, spans: list[Span], run: Run) -> int:
+def _count_above(higher: str, lower: str, run: Run, span: Span) -> tuple[bool, str]:
+    """Compare the least values of two quantities in each nutation, and count."""
+    spans = run.nutations(span)
     highs, lows = (run.least_in(spans, name) for name in (higher, lower))
-    return sum(high > low for high, low in zip(highs, lows, strict=True))
+    above = sum(high > low for high, low in zip(highs, lows, strict=True))
+    return 0 < above == len(spans), f"in {above} of {len(spans)} nutations"
 
 
 def _largest_size(name: str, run: Run, span: Span) -> float:
@@ -360,16 +333,15 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Grou
     Definition: the ratio of lambda of the reference start and the quantity after the 2
     Note: No lambda is twice itself.
     """
-    known = run.thresholds.quantities
-    ours = known["lambda"]
-    factors = {
-        name: Value.of(ours.value / threshold.value, ours.independent / threshold.independent)
-        for name, threshold in known.items()
-        if name in ("lambda", "lambda_thres")
-    }
+    values = run.thresholds.quantities
 
     def compare(name: str) -> Part:
-        return replace(part.rounds_to("2", factors[name]), printed=f"lambda about 2 {name}")
+        ratios = (
+            getattr(values["lambda"], way) / getattr(values[name], way)
+            for way in ("value", "independent")
+        )
+        judged = part.rounds_to("2", Value.of(*ratios))
+        return replace(judged, printed=f"lambda about 2 {name}")
 
     return part.misprint(compare, behind, "lambda_thres")
 

@@ -10,19 +10,10 @@ import numpy
 
 from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
+from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.formulas import chart, equal, names, parse, quantity
 from tt_precise.claims.evidence.proved import sign_of_precession
-from tt_precise.claims.evidence.run import (
-    DEFINITIONS,
-    MANY,
-    REFERENCE,
-    Run,
-    Span,
-    climb_of,
-    exact,
-    rows_of,
-    variant,
-)
+from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.part import Part, decimal, statement, statements
 from tt_precise.claims.verdicts import Grounds
 from tt_precise.integration import Trajectory
@@ -35,7 +26,7 @@ QUOTIENT = (
     "the quotient q as corrected for the missing factors R I1 and gamma has the same sign of "
     "1 - q as phi_dot"
 )
-CLOSE_DEG = 10
+CLOSE_DEG = 10  # Angle in degrees within which an axis counts as close to the vertical.
 PRECESSION = "lambda_/(R*I3) + omega_3*(alpha - cos(theta))"
 CORRECT_PRECESSION = "lambda_/(R*I1) + omega_3*(alpha - cos(theta))/gamma"
 JELLETT_AT_START = "-R*I3*omega_3*(alpha - cos(theta))"
@@ -81,24 +72,20 @@ def quotient_after(sign: str = "positive", printed: str = "3.2", run: Run = REFE
     sign"
     Definition: the last zero of phi_dot before mid-climb, and its sign from there to t_end (A);
     {QUOTIENT}
-    Note: Before the climb the axis passes nearest to the pole {number_1:3} s after the last change
-    of sign.
+    Note: Before the climb the axis passes nearest to the pole {later:3} s after the last change of
+    sign.
     """
-    climb = run.climb
-    last = run.moment("C", "t_init")
-    zeros = [t for t in run.events("phi_dot_zero")["t"] if climb.has(float(t))]
+    climb, last = run.climb, run.moment("C", "t_init")
+    changes = sum(climb.has(float(t)) for t in run.events("phi_dot_zero")["t"])
     inside = run.value("phi_dot", climb.middle)
-    proved = not zeros and sign_of_precession(run.scene) * inside > 0
+    proved = not changes and sign_of_precession(run.scene) * inside > 0
+    stays = not changes and (inside > 0) == (sign == "positive")
+    shown = f"{'positive' if inside > 0 else 'negative'}, {changes} changes"
     nearest = float(run.events("theta_min").sort_values("theta")["t"].iloc[0])  # to the pole
     return {
         "at t_init": part.about(printed, last, "s"),
-        "during the climb": statement(
-            not zeros and (inside > 0) == (sign == "positive"),
-            f"stays {sign}",
-            f"{'positive' if inside > 0 else 'negative'}, {len(zeros)} changes",
-            proved=proved,
-        ),
-    }, {"number_1": nearest - float(last)}
+        "during the climb": statement(stays, f"stays {sign}", shown, proved=proved),
+    }, {"later": nearest - float(last)}
 
 
 @claim("QUAL-32", control="refuted", name="theta_dot")
@@ -117,10 +104,8 @@ def amplitude_falls(name: str = "phi_dot", run: Run = REFERENCE) -> Grounds:
     tenths = numpy.minimum(10 * (times[:-1] - span.begin) / span.length, 9).astype(int)
     largest = [float(swings[tenths == tenth].max()) for tenth in range(10)]
     falls = sum(b < a for a, b in pairwise(largest))
-    shown = (
-        f"falls in {falls} of 9 steps, from {decimal(largest[0], 3)} to "
-        f"{decimal(largest[-1], 3)} rad/s"
-    )
+    shown = f"falls in {falls} of 9 steps, from {decimal(largest[0], 3)} to "
+    shown += f"{decimal(largest[-1], 3)} rad/s"
     return statement(falls == 9, "decreases", shown)
 
 
@@ -148,8 +133,13 @@ def spin_at_initiation(printed: str = "154", run: Run = REFERENCE) -> Grounds:
     Definition: omega_3 at the initiation time in definitions A, B and C
     Note: Until then friction has reduced the spin only slightly.
     """
+
+    def spin_at(definition: str, run: Trajectory) -> Scalar:
+        t = getattr(runs.climb_of(run), definition).t_init
+        return runs.exact(run, "omega_3", t)[0]
+
     return {
-        meaning: part.about(printed, run.confirm(partial(_spin_at, name)), "rad/s")
+        meaning: part.about(printed, run.confirm(partial(spin_at, name)), "rad/s")
         for name, meaning in DEFINITIONS.items()
     }
 
@@ -168,14 +158,11 @@ def compensation(sum_: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     parts = {}
     for when, t in zip(("initiation", "ending"), run.climb, strict=True):
         span = Span(t - 0.1, min(t + 0.1, run.whole.end))
-        phi, psi, both = (
-            float(numpy.ptp(run.extrema(name, span)[1])) for name in ("phi_dot", "psi_dot", sum_)
-        )
-        parts[when] = (
-            100 * both < min(phi, psi),
-            f"phi_dot swings by {decimal(phi, 3)}, psi_dot by {decimal(psi, 3)}, "
-            f"{sum_} by {decimal(both, 3)} rad/s",
-        )
+        names = ("phi_dot", "psi_dot", sum_)
+        swings = [float(numpy.ptp(run.extrema(name, span)[1])) for name in names]
+        phi, psi, both = (decimal(swing, 3) for swing in swings)
+        shown = f"phi_dot swings by {phi}, psi_dot by {psi}, {sum_} by {both} rad/s"
+        parts[when] = 100 * swings[2] < min(swings[:2]), shown
     return statements("compensate each other", parts)
 
 
@@ -185,15 +172,14 @@ def monotonous_spin(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
 
     Sec. 2.1: "is (unexpectedly) an almost monotonously decreasing function"
     Definition: almost: all rises between its extrema (events) together are below 1 % of its fall
-    Note: It has {number_1} local extrema, wherever nu_y vanishes, and starts with a {number_2}.
+    Note: It has {extrema} local extrema, wherever nu_y vanishes, and starts with a {begin}.
     """
     rise, fall = run.rises_and_falls(name)
     values = run.extrema(name)[1]
-    return statement(
-        rise < 0.01 * (fall - rise),
-        "almost monotonously decreasing",
-        f"rises sum up to {decimal(rise, 4)}, falls to {decimal(fall, 5)} rad/s",
-    ), {"number_1": len(values) - 2, "number_2": "rise" if values[1] > values[0] else "fall"}
+    shown = f"rises sum up to {decimal(rise, 4)}, falls to {decimal(fall, 5)} rad/s"
+    almost = statement(rise < 0.01 * (fall - rise), "almost monotonously decreasing", shown)
+    begin = "rise" if values[1] > values[0] else "fall"
+    return almost, {"extrema": len(values) - 2, "begin": begin}
 
 
 @claim("QUAL-11", control="refuted", name="nu_x")
@@ -205,19 +191,14 @@ def horizontal_ends(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     of the run; almost horizontal: below 2 % of that
     Note: The steepest half second begins at {begin:2} s.
     """
-    end = run.whole.end
-    times = [0.5 * k for k in range(int(2 * end) + 1)]
-    values = run.column(name, times)
-    slopes = [(b - a) / 0.5 for a, b in pairwise(values)]
+    times = [0.5 * k for k in range(int(2 * run.whole.end) + 1)]
+    slopes = [(b - a) / 0.5 for a, b in pairwise(run.column(name, times))]
     steepest = max(slopes, key=abs)
     begin, most = times[slopes.index(steepest)], abs(steepest)
-    parts = {
-        when: (
-            abs(slope) < 0.02 * most,
-            f"slope {decimal(slope, 3)} against {decimal(most, 4)} rad/s^2",
-        )
-        for when, slope in (("beginning", slopes[0]), ("end", slopes[-1]))
-    }
+    parts = {}
+    for when, slope in (("beginning", slopes[0]), ("end", slopes[-1])):
+        shown = f"slope {decimal(slope, 3)} against {decimal(most, 4)} rad/s^2"
+        parts[when] = abs(slope) < 0.02 * most, shown
     return statements("almost horizontal", parts), {"begin": begin}
 
 
@@ -228,7 +209,7 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Grounds:
     Sec. 2.1; 2.3: "the angular velocity omega remains close to be parallel with the z axis"
     Definition: angle between omega and the vertical; close to parallel: below {CLOSE_DEG} degrees
     at every instant (the extrema of its cosine are events)
-    Note: theta is {number_1:3} rad there.
+    Note: theta is {theta:3} rad there.
     """
 
     def cosine(q: Motion) -> Scalar:
@@ -238,8 +219,8 @@ def vertical_angular_velocity(axis: str = "z", run: Run = REFERENCE) -> Grounds:
     when, least = run.extremum(Quantity.of(cosine, "1"), largest=False)
     largest = math.degrees(math.acos(least))
     shown = f"largest angle {decimal(largest, 5)} degrees, at {decimal(when, 5)} s"
-    check = statement(largest < CLOSE_DEG, f"parallel to {axis}, within {CLOSE_DEG} degrees", shown)
-    return check, {"number_1": run.value("theta", when)}
+    words = f"parallel to {axis}, within {CLOSE_DEG} degrees"
+    return statement(largest < CLOSE_DEG, words, shown), {"theta": run.value("theta", when)}
 
 
 @claim("QUAL-13", control="refuted", name="L_z")
@@ -251,19 +232,16 @@ def spin_changes_sign(name: str = "omega_3", run: Run = REFERENCE) -> Grounds:
     Definition: zeros of omega_3 over the whole run
     Note: theta first passes pi/2 at {run.equator:6} s.
     """
-    zeros_in_double, known = run.zeros(name), run.proofs
-    first = run.confirm(lambda solution: rows_of(solution, "omega_3_zero")["t"].iloc[0])
-    at = f", at {decimal(first.value, 16)} s" if zeros_in_double else ""
-    holds = len(zeros_in_double) == 1 and run.climb.has(zeros_in_double[0])
-    zeros = known.events("omega_3_zero") if name == "omega_3" else None
-    begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
-    proved = bool(
-        holds
-        and zeros and begin and end
-        and len(zeros) == 1
-        and begin.high < zeros[0]["t"].low <= zeros[0]["t"].high < end.low
-    )  # fmt: skip
-    shown = f"{len(zeros_in_double)} change{'' if len(zeros_in_double) == 1 else 's'} of sign{at}"
+    zeros = run.zeros(name)
+    first = run.confirm(lambda run: runs.rows_of(run, "omega_3_zero")["t"].iloc[0])
+    at = f", at {decimal(first.value, 16)} s" if zeros else ""
+    holds = len(zeros) == 1 and run.climb.has(zeros[0])
+    times = [event["t"] for event in run.proofs.events("omega_3_zero") or ()]
+    begin, end = (run.proofs.moment("A", which) for which in ("t_init", "t_end"))
+    proved = False
+    if holds and name == "omega_3" and len(times) == 1 and begin and end:
+        proved = begin.high < times[0].low <= times[0].high < end.low
+    shown = f"{len(zeros)} change{'' if len(zeros) == 1 else 's'} of sign{at}"
     return statement(holds, "changes sign during the climb", shown, proved=proved)
 
 
@@ -277,20 +255,12 @@ def positive_spikes(name: str = "omega_3_dot", run: Run = REFERENCE) -> Grounds:
     definition A
     Note: omega_3_dot has the sign of -nu_y, as the paper says.{last}
     """
-    t_init = run.climb.begin
-    times, values = run.extrema(name)
-    near = [
-        value for t, value in zip(times, values, strict=True) if abs(t - t_init) < 0.4 and value > 0
-    ]
+    t_init, (times, values) = run.climb.begin, run.extrema(name)
+    spikes = values[(abs(times - t_init) < 0.4) & (values > 0)]
     early = [t for t in run.zeros(name) if run.climb.has(t) and t < t_init + 2]
     last = f" The last positive spike before mid-climb ends at {early[-1]:.3f} s." if early else ""
-    shown = f"{len(near)} positive maxima, up to {decimal(max(near, default=0.0), 4)} rad/s^2"
-    return statement(len(near) > 1, "positive spikes", shown), {"last": last}
-
-
-def _spin_at(definition: str, run: Trajectory) -> Scalar:
-    t = getattr(climb_of(run), definition).t_init
-    return exact(run, "omega_3", t)[0]
+    shown = f"{len(spikes)} positive maxima, up to {decimal(max(spikes, default=0.0), 4)} rad/s^2"
+    return statement(len(spikes) > 1, "positive spikes", shown), {"last": last}
 
 
 @claim("QUAL-15", control="refuted", run=Run(variant(phi_dot="-1000", until="1")))
@@ -300,14 +270,15 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Grounds:
     Sec. 2.1, Fig. 3c: "The value g_n(t) of the reaction force ... stays positive all time during
     the inversion"
     Definition: the smallest of all local minima of g_n, found as events, and of both ends
-    Note: The least g_n is {number_1:4} of m g.
+    Note: The least g_n is {share:4} of m g.
     """
-    least = run.least("g_n")
-    ended = run.trajectory().status
-    holds = ended == "complete" and least.value > 0
-    shown = f"least g_n {least} N, {ended}"
-    check = statement(holds, "g_n > 0", shown, proved=holds and run.proofs.g_n_positive)
-    return check, {"number_1": part.fraction_of(least) / run.weight}
+    least, status = run.least("g_n"), run.trajectory().status
+    holds = status == "complete" and least.value > 0
+    proved = holds and run.proofs.g_n_positive
+    share = part.fraction_of(least) / run.weight
+    return statement(holds, "g_n > 0", f"least g_n {least} N, {status}", proved=proved), {
+        "share": share
+    }
 
 
 @claim("QUAL-16", control="refuted", phase="synchronisation")
@@ -341,11 +312,9 @@ def normal_force_about_the_weight(about: str = "", run: Run = REFERENCE) -> Grou
         span = getattr(run, phase)
         values = run.extrema("g_n", span)[1]
         crossings = sum((a - weight) * (b - weight) < 0 for a, b in pairwise(values))
-        average = run.mean("g_n", span)
-        parts[phase] = (
-            abs(average / weight - 1) < 0.01 and crossings >= MANY,
-            f"mean {decimal(average / weight, 5)} m g, {crossings} crossings",
-        )
+        mean = run.mean("g_n", span) / weight
+        holds = abs(mean - 1) < 0.01 and crossings >= MANY
+        parts[phase] = holds, f"mean {decimal(mean, 5)} m g, {crossings} crossings"
     return statements("oscillates about m g", parts)
 
 
@@ -357,11 +326,11 @@ def precession_from_jellett(printed: str = PRECESSION) -> Grounds:
     Note: The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3. The factor is
     positive, so the paper's statements about signs hold.
     """
-    known = dict(names()) | {"lambda_": quantity("lambda")}
+    words = dict(names()) | {"lambda_": quantity("lambda")}
     left = parse("phi_dot*sin(theta)**2")
 
     def compare(text: str) -> Part:
-        return equal(parse(text, known), left, f"phi_dot*sin(theta)**2 = {text}")
+        return equal(parse(text, words), left, f"phi_dot*sin(theta)**2 = {text}")
 
     return part.misprint(compare, printed, CORRECT_PRECESSION)
 
@@ -376,15 +345,13 @@ def factored_form(printed: str = "w0*(1 - w/w0)") -> Grounds:
     Note: The sign is lost. Because alpha - cos theta(0) < 0, phi_dot has the sign of 1 - quotient
     only with the minus, as the following text requires.
     """
-    correct = "-w0*(1 - w/w0)"
     # w and w0 are independent quantities: any two symbols of the chart stand for them
-    symbols = chart()
-    known = {"w": symbols.state.nu_x, "w0": symbols.state.nu_y}
+    words = {"w": chart().state.nu_x, "w0": chart().state.nu_y}
 
     def compare(text: str) -> Part:
-        return equal(parse(text, known), parse("-w0 + w", known), f"-w0 + w = {text}")
+        return equal(parse(text, words), parse("-w0 + w", words), f"-w0 + w = {text}")
 
-    return part.misprint(compare, printed, correct)
+    return part.misprint(compare, printed, "-w0*(1 - w/w0)")
 
 
 @claim("EQ-30", control="refuted", printed=JELLETT_AT_START.replace("I3", "I1"))
@@ -396,7 +363,6 @@ def jellett_of_the_start(printed: str = JELLETT_AT_START) -> Grounds:
     Note: Jellett's integral at phi_dot(0) = 0, for every theta(0) and omega_3(0).
     """
     symbols = chart()
-    started = symbols.field(quantity("lambda"))
-    phi_dot = symbols.symbol["phi_dot"].numer
-    at_rest = symbols.field(started.numer.subs(phi_dot, 0)) / symbols.field(started.denom)
+    jellett, phi_dot = symbols.field(quantity("lambda")), symbols.symbol["phi_dot"].numer
+    at_rest = symbols.field(jellett.numer.subs(phi_dot, 0)) / symbols.field(jellett.denom)
     return equal(printed, at_rest, f"lambda = {printed}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
 
 import pandas
@@ -35,15 +35,10 @@ def _range(name: str, unit: str, printed: str, run: Run = REFERENCE) -> Grounds:
     larger = max(low, high, key=lambda extreme: abs(part.fraction_of(extreme)))
     size = Value(abs(larger.value), larger.digits)
     excess = 100 * (float(size) / float(printed) - 1)
-    one = part.at_most(printed, size, unit)
-    return (
-        replace(
-            one,
-            printed=f"-{printed} to {printed} {unit}",
-            measured=f"{low} to {high} {unit}",
-        ),
-        {"share": abs(excess) / 100, "side": "above" if excess > 0 else "below"},
-    )
+    bound = part.at_most(printed, size, unit)
+    words, shown = f"-{printed} to {printed} {unit}", f"{low} to {high} {unit}"
+    numbers = {"share": abs(excess) / 100, "side": "above" if excess > 0 else "below"}
+    return replace(bound, printed=words, measured=shown), numbers
 
 
 for id, name, unit, printed, wrong in (
@@ -61,8 +56,8 @@ for id, name, unit, printed, wrong in (
     Note: The largest absolute value is {{share:.1%}} {{side}} the printed bound; the range is not
     symmetric.
     """
-    given = {"name": name, "unit": unit, "printed": printed}
-    claim(id, words, control="refuted", printed=wrong, given=given)(_range)
+    judge = partial(_range, name, unit, printed=printed)
+    claim(id, words, control="refuted", printed=wrong)(judge)
 
 
 @claim("NUM-15", control="refuted", printed="0.996")
@@ -82,14 +77,14 @@ def sine(printed: str = "0.01", theta: str = "0.1") -> Grounds:
 
     Sec. 2.2: "sin theta=0.01≈0"
     Definition: theta(0) = 0.1
-    Note: 0.01 is its square, sin^2 = {number_1:3}, which is what lambda contains.
+    Note: 0.01 is its square, sin^2 = {square:3}, which is what lambda contains.
     """
     sine = math.sin(float(theta))
 
     def compare(text: str) -> Part:
         return replace(part.rounds_to(text, sine), printed=f"sin(theta) = {text}", formula=True)
 
-    return part.misprint(compare, printed, "0.10"), {"number_1": sine**2}
+    return part.misprint(compare, printed, "0.10"), {"square": sine**2}
 
 
 @claim("NUM-17", rule="interpretations", control="refuted", printed="0.1")
@@ -121,17 +116,18 @@ def start_without_synchronisation(printed: str = "83.1", theta: str = "0.1") -> 
     Definition: the phi_dot(0) with which the axis passes exactly through the pole at the first
     minimum of theta: root of sign(phi_dot) theta there, which is smooth in phi_dot(0); beyond it
     t_init = 0 in definitions A, B and C
-    Note: Just below the threshold t_init is the time of the first minimum of theta, {shown} s.
+    Note: Just below the threshold t_init is the time of the first minimum of theta, {times} s.
     SWP-01 judges how it goes to zero.
     """
     root = threshold(theta)
     below, above = (initiations(theta, root.value, side) for side in (-1, 1))
-    shown = ", ".join(f"{name} {decimal(value, 3)}" for name, value in below.items())
-    later = str(above) if any(above.values()) else "0 s in A, B and C"
+    times = tuple(f"{name} {decimal(value, 3)}" for name, value in below.items())
+    at_once = not any(above.values())
+    later = "0 s in A, B and C" if at_once else str(above)
     return {
         "where t_init vanishes": part.about(printed, root, "rad/s"),
-        "t_init beyond": statement(not any(above.values()), "0 s", later),
-    }, {"shown": shown}
+        "t_init beyond": statement(at_once, "0 s", later),
+    }, {"times": times}
 
 
 @claim("NUM-31", rule="interpretations", control="refuted", printed="0.3")
@@ -141,20 +137,18 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Grounds:
     Sec. 2.2: "The increase of theta(t) becomes monotonous starting from theta=0.8"
     Definition: {SMOOTH_STARTS}, theta(0) = 0.1; the last turning point of theta below pi -
     {TO_THE_POLE}; monotony begins there: within {AT_ONCE} rad
-    Note: The last turning point lies {number_1:2} rad below the printed angle.
+    Note: The last turning point lies {below:2} rad below the printed angle.
     """
     angles = [last_turning_point(theta, phi_dot)[1] for phi_dot in PHI_DOTS]
     low, high = min(angles), max(angles)
-    measured = f"theta turns for the last time at {decimal(low, 4)} to {decimal(high, 4)} rad"
-    begins = abs(high - float(printed)) < AT_ONCE
+    shown = f"theta turns for the last time at {decimal(low, 4)} to {decimal(high, 4)} rad"
+    below = float(printed) - high
+    beyond = statement(below >= 0, f"from theta = {printed}", shown)
+    begins = statement(abs(below) < AT_ONCE, f"begins at theta = {printed}", shown)
     return {
-        f"monotonic beyond {printed}": statement(
-            high <= float(printed), f"from theta = {printed}", measured
-        ),
-        f"monotony begins at {printed}": statement(
-            begins, f"begins at theta = {printed}", measured
-        ),
-    }, {"number_1": float(printed) - high}
+        f"monotonic beyond {printed}": beyond,
+        f"monotony begins at {printed}": begins,
+    }, {"below": below}
 
 
 @claim("NUM-32", rule="interpretations", control="reproduced", time="0.9", angle="0.04")
@@ -166,25 +160,23 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
     Definition: {SMOOTH_STARTS}, theta(0) = 0.01; turning points and falls of theta (from a maximum
     to the next minimum) after the printed time and below pi - {TO_THE_POLE}; a graph shows falls of
     {VISIBLE} rad at best
-    Note: A fall of {fall:1} rad is {number_1:1} of the height of a graph of theta.
+    Note: A fall of {fall:1} rad is {share:1} of the height of a graph of theta.
     """
     turns = [last_turning_point(theta, phi_dot) for phi_dot in PHI_DOTS]
     times, angles = zip(*turns, strict=True)
     fall = max(_largest_fall(theta, phi_dot, float(time)) for phi_dot in PHI_DOTS)
+    turning = max(times) <= float(time) and max(angles) <= float(angle)
+    shown = f"turns for the last time at {decimal(min(times), 3)} to {decimal(max(times), 3)} s, "
+    shown += f"{decimal(min(angles), 3)} to {decimal(max(angles), 3)} rad"
+    falls = f"falls by at most {decimal(fall, 2)} rad"
     return {
         "no turning point after that": statement(
-            max(times) <= float(time) and max(angles) <= float(angle),
-            f"monotonous from {time} s, {angle} rad on",
-            f"turns for the last time at {decimal(min(times), 3)} to "
-            f"{decimal(max(times), 3)} s, {decimal(min(angles), 3)} to "
-            f"{decimal(max(angles), 3)} rad",
+            turning, f"monotonous from {time} s, {angle} rad on", shown
         ),
         "no fall that a graph shows": statement(
-            fall < VISIBLE,
-            f"monotonic from {time} s on",
-            f"falls by at most {decimal(fall, 2)} rad",
+            fall < VISIBLE, f"monotonic from {time} s on", falls
         ),
-    }, {"fall": fall, "number_1": fall / math.pi}
+    }, {"fall": fall, "share": fall / math.pi}
 
 
 @claim("NUM-33", rule="interpretations", control="refuted", printed="7.9")
@@ -201,8 +193,7 @@ def ending_time_of_smooth_climbs(printed: str = "7.77", theta: str = "0.01") -> 
         ends = [float(getattr(_run(theta, p).inversion, name).t_end) for p in PHI_DOTS]
         nearest = min(max(min(ends), float(printed)), max(ends))
         shown = f"{decimal(min(ends), 4)} to {decimal(max(ends), 4)} s"
-        one = part.about(printed, nearest, "s")
-        parts[meaning] = replace(one, measured=shown, rounded=False)
+        parts[meaning] = replace(part.about(printed, nearest, "s"), measured=shown, rounded=False)
     return parts
 
 
@@ -212,15 +203,15 @@ def no_initiation(starts: tuple[str, ...] = PHI_DOTS) -> Grounds:
 
     Sec. 2.2: "Their initiation time is zero"
     Definition: {SMOOTH_STARTS}, theta(0) = 0.1 and 0.01; t_init in definitions A, B and C
-    Note: phi_dot > 0 at the first minimum of theta in {positive} of {number_1} starts.
+    Note: phi_dot > 0 at the first minimum of theta in {positive} of {count} starts.
     """
     runs = [_run(theta, phi_dot) for theta in ("0.1", "0.01") for phi_dot in starts]
     times = [getattr(run.inversion, name).t_init for run in runs for name in DEFINITIONS]
     zero = sum(t_init == 0 for t_init in times)
     positive = sum(_first_minimum(run.trajectory())["phi_dot"] > 0 for run in runs)
     shown = f"0 in {zero} of {len(times)} cases (start and definition)"
-    check = statement(zero == len(times), "t_init = 0", shown)
-    return check, {"positive": positive, "number_1": len(runs)}
+    numbers = {"positive": positive, "count": len(runs)}
+    return statement(zero == len(times), "t_init = 0", shown), numbers
 
 
 @claim("FIG-15", control="refuted", phi_dot="180")
@@ -231,7 +222,7 @@ def exceptionally_smooth(phi_dot: str = "195") -> Grounds:
     Definition: total variation (sum of all rises and falls between extrema found as events) of
     theta_dot, nu_x, nu_y and g_n over 8 s, against starts with phi_dot(0) = 0, 50, 100 and 150;
     exceptionally smooth: below a third of the least of theirs
-    Note: With phi_dot(0) = 200 the total variation of theta_dot is {number_1:3} rad/s.
+    Note: With phi_dot(0) = 200 the total variation of theta_dot is {most:3} rad/s.
     """
     parts = {}
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
@@ -239,7 +230,7 @@ def exceptionally_smooth(phi_dot: str = "195") -> Grounds:
         others = [_variation(name, other) for other in ("0", "50", "100", "150")]
         shown = f"{decimal(min(others), 3)} to {decimal(max(others), 3)}"
         parts[name] = 3 * here < min(others), f"{decimal(here, 3)} against {shown}"
-    return statements("exceptionally smooth", parts), {"number_1": _variation("theta_dot", "200")}
+    return statements("exceptionally smooth", parts), {"most": _variation("theta_dot", "200")}
 
 
 def _run(theta: str, phi_dot: str) -> Run:

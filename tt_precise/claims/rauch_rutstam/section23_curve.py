@@ -21,8 +21,6 @@ from tt_precise.runtime.values import Functions, Scalar
 
 claim = claims_of("2.3")
 COMPONENTS = ("tau_x", "tau_y", "tau_z")
-# Claim of the finding that the printed boundary values belong to another lambda.
-FINDING = "NUM-26"
 PRINTED = {"D0": "9.381e-4", "D1": "-6.667e-4", "E0": "4.912e-2", "E1": "1.734e-2"}
 TORQUE_SHARE = (
     "part of the time from 0 to 8 s in which each component in the frame (x, y, z) is negative, "
@@ -44,63 +42,58 @@ NEEDED = {
     "sizes of the terms in nu_x, nu_y": {"nu_x", "nu_y"},
     "difference E~ - E": {"E", "E_tilde"},
 }
-REFERRED = {"sizes of the terms in nu_x, nu_y": "3b", "difference E~ - E": "3c"}
-CORRECT_REFERENCE = {"sizes of the terms in nu_x, nu_y": "3a", "difference E~ - E": "7c"}
+REFERRED = dict(zip(NEEDED, ("3b", "3c"), strict=True))
+CORRECT_REFERENCE = dict(zip(NEEDED, ("3a", "7c"), strict=True))
 
 
-@claim(
-    "FIG-09",
+@claim("FIG-09", control="refuted", sign="positive")
+def predominantly_negative_torque(sign: str = "negative", run: Run = REFERENCE) -> Grounds:
     """The components of the torque are predominantly negative.
 
     Sec. 2.3: "These components are all predominantly negative"
     Definition: {TORQUE_SHARE}; predominantly: two thirds
     Note: In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z have the
     sign of -nu_y.
-    """,
-    given={"words": "for most of the time", "limit": 2 / 3},
-    control="refuted",
-    sign="positive",
-)
-@claim(
-    "FIG-17",
+    """
+    return _sign_of_the_torque("for most of the time", 2 / 3, sign, run)
+
+
+@claim("FIG-17", control="reproduced", limit=0.8)
+def almost_always_negative_torque(limit: float = 0.95, run: Run = REFERENCE) -> Grounds:
     """The components of the torque are negative almost all the time.
 
     Fig. 6, caption: "All components are negative almost all the time"
     Definition: {TORQUE_SHARE}; almost all: 95 %
     Note: In the climb alone they are negative for {in_climb} of the time; tau_x and tau_z have the
     sign of -nu_y.
-    """,
-    given={"words": "almost all the time", "limit": 0.95},
-    control="reproduced",
-    limit=0.8,
-)
-def torque_is_negative(
-    words: str, limit: float, sign: str = "negative", run: Run = REFERENCE
-) -> Grounds:
-    """Test whether each component of the torque is negative for a part of the time."""
+    """
+    return _sign_of_the_torque("almost all the time", limit, "negative", run)
+
+
+def _sign_of_the_torque(words: str, limit: float, sign: str, run: Run) -> Grounds:
+    """Test whether each component of the torque has a sign for a part of the time."""
     shares = {name: run.share_below_zero(name) for name in COMPONENTS}
     climb = {name: run.share_below_zero(name, run.climb) for name in COMPONENTS}
     if sign == "positive":
         shares = {name: 1 - share for name, share in shares.items()}
-
-    shown, in_climb = (
-        ", ".join(f"{name} {100 * share:.2f} %" for name, share in one.items())
-        for one in (shares, climb)
+    whole, in_climb = (
+        tuple(f"{name} {100 * share:.2f} %" for name, share in each.items())
+        for each in (shares, climb)
     )
-    holds, measured = min(shares.values()) > limit, f"{sign} for {shown} of the time"
-    return statement(holds, f"{sign} {words}", measured), {"in_climb": in_climb}
+    shown = f"{sign} for {', '.join(whole)} of the time"
+    holds = min(shares.values()) > limit
+    return statement(holds, f"{sign} {words}", shown), {"in_climb": in_climb}
 
 
 def _asymptotic(
     name: str, quantity: str, time: str, unit: str, printed: str, run: Run = REFERENCE
 ) -> Grounds:
-    known = run.thresholds
-    values, fn = known.quantities, known.context
+    values, fn = run.thresholds.quantities, run.thresholds.context
     body = run.loaded.body.numbers(rounding_to(fn))
-    guess = values["lambda"].value
+    own = values["lambda"].value
     double = _formula(name, body, fn)(2 * values["lambda_thres"].value)
     implied = {
-        each: _lambda_of(_formula(each, body, fn), fn.mpf(value), guess, fn)
+        each: _lambda_of(_formula(each, body, fn), fn.mpf(value), own, fn)
         for each, value in {**PRINTED, name: printed}.items()
     }
     every = tuple(decimal(implied[each], 3) for each in PRINTED)
@@ -108,7 +101,7 @@ def _asymptotic(
         "lambda of the reference start": part.about(printed, values[name].value, unit),
         "lambda = 2 lambda_thres": part.about(printed, double, unit),
         f"the value at {time} s itself": part.about(printed, run.at(quantity, time), unit),
-    }, {"implied": implied[name], "known": guess, "every": every}
+    }, {"implied": implied[name], "own": own, "every": every}
 
 
 def _formula(name: str, body: Parameters, fn: Functions) -> Callable[[Scalar], Scalar]:
@@ -139,25 +132,23 @@ for id, name, quote, wrong, subject, quantity, time, unit in (
     Sec. 2.3: "{quote}"
     Definition: lambda is that of the reference start, or exactly 2 lambda_thres
     Note: The printed value belongs to lambda = {{implied:4}}, not to the reference start's
-    {{known:4}} kg m^3/s. The four printed boundary values belong to {{every}}: no single lambda has
+    {{own:4}} kg m^3/s. The four printed boundary values belong to {{every}}: no single lambda has
     all four.
     """
-    claim(
-        id, words, rule="interpretations", finding=FINDING, control="ambiguous", printed=wrong
-    )(partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name]))  # fmt: skip
+    judge = partial(_asymptotic, name, quantity, time, unit, printed=PRINTED[name])
+    register = partial(claim, rule="interpretations", finding="NUM-26", control="ambiguous")
+    register(id, words, printed=wrong)(judge)
 
 
 @claim(
     "NUM-30",
     rule="interpretations",
-    finding=FINDING,
+    finding="NUM-26",
     control="ambiguous",
-    initial=("7.301e-4", "4.215e-2"),
-    final=("-6.024e-4", "1.609e-2"),
+    printed=("7.301e-4", "4.215e-2", "-6.024e-4", "1.609e-2"),
 )
 def ends_of_the_curve(
-    initial: tuple[str, str] = ("9.381e-4", "4.912e-2"),
-    final: tuple[str, str] = ("-6.667e-4", "1.734e-2"),
+    printed: tuple[str, ...] = ("9.381e-4", "4.912e-2", "-6.667e-4", "1.734e-2"),
     run: Run = REFERENCE,
 ) -> Grounds:
     """The curve (D(t), E~(t)) goes from the printed initial to the printed final point.
@@ -165,23 +156,19 @@ def ends_of_the_curve(
     Sec. 2.3, Fig. 7a: "goes from the initial boundary value (D0≈9.381*10^-4,E~0≈4.912*10^-2) to the
     final boundary value (D1≈-6.667*10^-4,E~1≈1.734*10^-2)"
     Definition: (D, E~) of the reference solution at 0 and 8 s, and the limits for its lambda
-    Note: At the start, theta(0) = 0.1, D is {off[0]:.1f} % and E~ {off[1]:.1f} % off the limit for
-    t to -infinity. For the printed limits see NUM-26 to NUM-29.
+    Note: At the start, theta(0) = 0.1, D is {off[0]:.1%} and E~ {off[1]:.1%} off the limit for t to
+    -infinity. For the printed limits see NUM-26 to NUM-29.
     """
-    printed = (*initial, *final)
     own = [run.at(name, t) for t in ("0", "8") for name in ("D", "E_tilde")]
-    known = run.thresholds.quantities
-    limits = [known[name].value for name in ("D0", "E0", "D1", "E1")]
-    parts = {}
+    values = run.thresholds.quantities
+    limits = [values[name].value for name in ("D0", "E0", "D1", "E1")]
+    words, parts = "({}, {}) to ({}, {})", {}
     for meaning, numbers in (("the curve's own ends", own), ("the limits", limits)):
-        checks = [part.about(text, value) for text, value in zip(printed, numbers, strict=True)]
-        shown = "({}, {}) to ({}, {})".format(*(check.measured for check in checks))
-        parts[meaning] = all(check.holds for check in checks), shown
-    off = [
-        100 * float(abs(number.value / limit - 1))
-        for number, limit in zip(own[:2], limits[:2], strict=True)
-    ]
-    return statements("({}, {}) to ({}, {})".format(*printed), parts), {"off": off}
+        ends = [part.about(text, number) for text, number in zip(printed, numbers, strict=True)]
+        holds = all(end.holds for end in ends)
+        parts[meaning] = holds, words.format(*(end.measured for end in ends))
+    off = [float(abs(own[i].value / limits[i] - 1)) for i in (0, 1)]
+    return statements(words.format(*printed), parts), {"off": off}
 
 
 @claim("FIG-10", rule="interpretations", control="refuted", name="E_tilde")
@@ -198,14 +185,14 @@ def monotony_of_D(name: str = "D", run: Run = REFERENCE) -> Grounds:
     fall = float(values[0] - values[-1])
     rises = [float(b - a) for a, b in pairwise(values) if b > a]
     largest, every = max(rises, default=0.0) / fall, sum(rises) / fall
+    shown = f"{len(rises)} rises, in sum {100 * every:.1f} % of the fall"
     parts = {
         "no rise that a graph shows": (
-            largest < 0.01, f"largest rise {100 * largest:.2f} % of the fall"
+            largest < 0.01,
+            f"largest rise {100 * largest:.2f} % of the fall",
         ),
-        "all rises together": (
-            every < 0.01, f"{len(rises)} rises, in sum {100 * every:.1f} % of the fall"
-        ),
-    }  # fmt: skip
+        "all rises together": (every < 0.01, shown),
+    }
     return statements("almost monotonously decreasing", parts)
 
 
@@ -217,14 +204,14 @@ def oscillation_of_the_modified_energy(
 
     Sec. 2.3, Fig. 7a, c: "oscillatory behaviour of E~(t) in relation to the green curve E(t)"
     Definition: changes of sign of E~ - E and local extrema of E~ (events); many: {MANY}
-    Note: E itself has {number_1} local extrema.
+    Note: E itself has {own} local extrema.
     """
     changes = len(run.zeros(_difference(pair)))
     turns = len(run.extrema(pair[0])[0]) - 2
     shown = f"{turns} local extrema, {changes} changes of sign of the difference"
-    return statement(
-        min(changes, turns) >= MANY, f"{pair[0]} oscillates relative to {pair[1]}", shown
-    ), {"number_1": len(run.extrema("E")[0]) - 2}
+    words = f"{pair[0]} oscillates relative to {pair[1]}"
+    own = len(run.extrema("E")[0]) - 2
+    return statement(min(changes, turns) >= MANY, words, shown), {"own": own}
 
 
 @claim("FIG-12", rule="interpretations", control="refuted", pair=("E", "E_tilde"))
@@ -240,30 +227,21 @@ def modified_energy_is_larger(
     Note: The difference goes from {depth[1]:3} to {height[1]:3} J; around its maximum it is
     positive from {begin:4} to {until:4} s.
     """
-    climb = run.climb
-    excess = _difference(pair)
+    climb, excess = run.climb, _difference(pair)
     changes = run.zeros(excess, climb)
     below = run.share_below_zero(excess, climb)
     depth, height = (run.extremum(excess, largest=largest, span=climb) for largest in (False, True))
     averages = [run.mean(excess, span) for span in run.nutations(climb)]
     begin = max((t for t in changes if t < height[0]), default=climb.begin)
     until = min((t for t in changes if t > height[0]), default=climb.end)
+    average = f"average difference from {decimal(min(averages), 2)} to "
+    average += f"{decimal(max(averages), 2)} J"
     parts = {
-        "at every instant": (
-            below == 0, f"not for {100 * below:.1f} % of the climb"
-        ),
-        "averaged over each nutation": (
-            min(averages) > 0,
-            f"average difference from {decimal(min(averages), 2)} to "
-            f"{decimal(max(averages), 2)} J",
-        ),
-    }  # fmt: skip
-    return statements(f"{pair[0]} > {pair[1]}", parts), {
-        "depth": depth,
-        "height": height,
-        "begin": begin,
-        "until": until,
+        "at every instant": (below == 0, f"not for {100 * below:.1f} % of the climb"),
+        "averaged over each nutation": (min(averages) > 0, average),
     }
+    numbers = {"depth": depth, "height": height, "begin": begin, "until": until}
+    return statements(f"{pair[0]} > {pair[1]}", parts), numbers
 
 
 @claim("FIG-13", control="refuted", pair=("E", "E_tilde"))
@@ -279,8 +257,8 @@ def largest_in_the_middle(
     climb = run.climb
     when, value = run.extremum(_difference(pair), largest=True)
     middle = climb.begin + climb.length / 3 < when < climb.end - climb.length / 3
-    check = statement(middle, "in the middle of inversion", f"at {decimal(when, 5)} s")
-    return check, {"value": value}
+    shown = f"at {decimal(when, 5)} s"
+    return statement(middle, "in the middle of inversion", shown), {"value": value}
 
 
 @claim("FIG-21", control="refuted", angle="1")
@@ -328,76 +306,55 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
     return statements("points behind the plane", parts)
 
 
-@claim(
-    "QUAL-28",
+@claim("QUAL-28", rule="interpretations", control="refuted", sign=-1)
+def length_of_a(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """In the climb |a| grows.
 
     Sec. 2.3: "|a| is growing during inversion"
     Definition: {TREND}
     Note: It follows the nutation of the axis.
-    """,
-    rule="interpretations",
-    given={"square": lambda q: dot(q.a, q.a), "unit": "m", "sign": 1},
-    control="refuted",
-    sign=-1,
-)
-@claim(
-    "QUAL-40",
+    """
+    return trend(lambda q: dot(q.a, q.a), "m", sign, run, run.climb)
+
+
+@claim("QUAL-40", rule="interpretations", finding="QUAL-28", control="refuted", sign=1)
+def length_of_omega(sign: int = -1, run: Run = REFERENCE) -> Grounds:
     """In the climb |omega| decreases.
 
     Sec. 2.3: "|omega| is decreasing"
     Definition: {TREND}
     Note: It follows the nutation of the axis.
-    """,
-    rule="interpretations",
-    finding="QUAL-28",
-    given={"square": lambda q: dot(q.omega, q.omega), "unit": "rad/s", "sign": -1},
-    control="refuted",
-    sign=1,
-)
-@claim(
-    "QUAL-41",
+    """
+    return trend(lambda q: dot(q.omega, q.omega), "rad/s", sign, run, run.climb)
+
+
+@claim("QUAL-41", rule="interpretations", finding="QUAL-28", control="refuted", sign=-1)
+def sine_of_theta(sign: int = 1, run: Run = REFERENCE) -> Grounds:
     """In the climb sin(theta) grows until pi/2.
 
     Sec. 2.3: "sin theta is growing until the axis 3 passes theta=pi/2"
     Definition: {TREND}; here from t_init until theta first passes pi/2
     Note: It follows the nutation of the axis.
-    """,
-    rule="interpretations",
-    finding="QUAL-28",
-    given={"square": lambda q: q.state.kx**2 + q.state.ky**2, "unit": "", "sign": 1, "half": True},
-    control="refuted",
-    sign=-1,
-)
-def trend_in_the_climb(
-    square: Callable[[Motion], Scalar],
-    unit: str,
-    sign: int,
-    half: bool = False,
-    run: Run = REFERENCE,
-) -> Grounds:
-    """Test whether a length, whose square is given, grows (``sign`` 1) or falls in the climb."""
-    span = Span(run.climb.begin, run.equator) if half else run.climb
+    """
+    span = Span(run.climb.begin, run.equator)
+    return trend(lambda q: q.state.kx**2 + q.state.ky**2, "", sign, run, span)
 
-    def length(q: Motion) -> Scalar:
-        return q.fn.sqrt(square(q))
 
-    name = Quantity.of(length, unit.replace("rad", "1") or "1")
-    values = run.column(name, span)
+def trend(
+    square: Callable[[Motion], Scalar], unit: str, sign: int, run: Run, span: Span
+) -> dict[str, Part]:
+    """Test whether a length, whose square is given, grows (``sign`` 1) or falls in a span."""
+    name = Quantity.of(lambda q: q.fn.sqrt(square(q)), unit.replace("rad", "1") or "1")
+    begin, end = run.column(name, span)
     rise, fall = run.rises_and_falls(name, span)
     back = fall if sign > 0 else rise
-    words = "growing" if sign > 0 else "decreasing"
-    first, last = (f"{decimal(values[end], 4)} {unit}".strip() for end in (0, -1))
-    return {
-        "from one end to the other": statement(
-            sign * (values[-1] - values[0]) > 0, words, f"from {first} to {last}"
-        ),
-        "at every instant": statement(
-            back == 0,
-            words,
-            f"goes back by {decimal(back, 3)} {unit} in total".replace("  ", " "),
-        ),
+    first, last = (f"{decimal(value, 4)} {unit}".strip() for value in (begin, end))
+    instants = f"goes back by {decimal(back, 3)} {unit} in total".replace("  ", " ")
+    parts = {
+        "from one end to the other": (sign * (end - begin) > 0, f"from {first} to {last}"),
+        "at every instant": (back == 0, instants),
     }
+    return statements("growing" if sign > 0 else "decreasing", parts)
 
 
 @claim("QUAL-29", control="refuted", factor=-2)
@@ -424,14 +381,12 @@ def sufficiently_large(factor: int = 2, run: Run = REFERENCE) -> Grounds:
 def _averages(velocity: Quantity, run: Run) -> dict[str, tuple[bool, str]]:
     """The sign of the averages of a velocity, as parts."""
     averages = [run.mean(velocity, span) for span in run.nutations(run.climb)]
-    over_all = run.mean(velocity, run.climb)
-    lowest, highest = min(averages), max(averages)
+    whole, lowest, highest = run.mean(velocity, run.climb), min(averages), max(averages)
+    shown = f"averages from {decimal(lowest, 2)} to {decimal(highest, 2)} m/s"
     return {
-        "averaged over each nutation": (
-            lowest > 0, f"averages from {decimal(lowest, 2)} to {decimal(highest, 2)} m/s"
-        ),
-        "averaged over the climb": (over_all > 0, f"average {decimal(over_all, 3)} m/s"),
-    }  # fmt: skip
+        "averaged over each nutation": (lowest > 0, shown),
+        "averaged over the climb": (whole > 0, f"average {decimal(whole, 3)} m/s"),
+    }
 
 
 def _along_y(vector: Vector, q: Motion) -> Scalar:
@@ -450,15 +405,12 @@ def cross_references(references: Mapping[str, str] = REFERRED) -> Grounds:
     Note: Fig. 3b shows the spin and Fig. 3c the normal force.
     """
 
-    def compare(named: Mapping[str, str]) -> Part:
-        shown = (
-            f"Fig. {panel} shows {', '.join(sorted(PANELS[panel]))}" for panel in named.values()
-        )
-        return statement(
-            all(NEEDED[what] <= PANELS[panel] for what, panel in named.items()),
-            ", ".join(f"Fig. {panel} for the {what}" for what, panel in named.items()),
-            ", ".join(shown),
-        )
+    def compare(panels: Mapping[str, str]) -> Part:
+        right = all(NEEDED[what] <= PANELS[panel] for what, panel in panels.items())
+        printed = ", ".join(f"Fig. {panel} for the {what}" for what, panel in panels.items())
+        contents = ((panel, ", ".join(sorted(PANELS[panel]))) for panel in panels.values())
+        shown = ", ".join(f"Fig. {panel} shows {content}" for panel, content in contents)
+        return statement(right, printed, shown)
 
     return part.misprint(compare, references, CORRECT_REFERENCE)
 
