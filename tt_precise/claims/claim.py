@@ -129,7 +129,6 @@ def claims_of(section: str) -> Callable[..., Callable[[Function], Function]]:
         rule: Rule = "all of",
         finding: str = "",
         control: str = "",
-        given: Mapping[str, Any] = MappingProxyType({}),
         **changes: Any,
     ) -> Callable[[Function], Function]:
         """``text`` are the words, by default the docstring; ``changes`` belong to the control."""
@@ -143,9 +142,8 @@ def claims_of(section: str) -> Callable[..., Callable[[Function], Function]]:
             except ValueError as error:
                 raise ValueError(f"claim {id}: {error}") from error
             words = words._replace(definition=definition.removesuffix("."))  # the page adds it
-            judged = partial(function, **given) if given else function
             _registered[id] = Claim(
-                id, section, words, judged, rule, finding or id, control, changes
+                id, section, words, function, rule, finding or id, control, changes
             )
             return function
 

@@ -101,8 +101,8 @@ def rows() -> pandas.DataFrame:
     return cached_table(FILE, definition(), compute)
 
 
-def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
-    """The rows of one or several series, each start once.
+def starts(names: str | Iterable[str], contact: str, query: str = "") -> pandas.DataFrame:
+    """The rows of one or several series for which ``query`` holds, each start once.
 
     ``contact`` "held": only those that keep contact (conclusions without the others); "through":
     all starts, also after loss of contact with g_n < 0 as in the paper; "unilateral": all starts,
@@ -117,7 +117,8 @@ def starts(names: str | Iterable[str], contact: str) -> pandas.DataFrame:
     chosen = {"held": held, "through": held | ~unilateral, "unilateral": unilateral}[contact]
     table = table[chosen].sort_values("index", kind="stable")
     table = pandas.concat([table[table["series"] == name] for name in wanted])
-    return table.drop_duplicates([*STARTS], ignore_index=True)
+    table = table.drop_duplicates([*STARTS], ignore_index=True)
+    return table.query(query) if query else table
 
 
 def compute() -> pandas.DataFrame:
@@ -207,19 +208,15 @@ def _starts() -> Iterator[tuple[str, Array, Array]]:
 
 
 def both_ways(
-    names: str | Iterable[str], check: Callable[[pandas.DataFrame], Part]
+    names: str | Iterable[str], check: Callable[[pandas.DataFrame], Part], query: str = ""
 ) -> dict[str, Part]:
     """Compare the rows without and with the starts that lose contact: two parts."""
-    return {which: check(starts(names, contact)) for contact, which in CONTACTS.items()}
+    return {which: check(starts(names, contact, query)) for contact, which in CONTACTS.items()}
 
 
-def losing_contact(names: str | Iterable[str]) -> str:
-    """Count the starts of one or several series that lose contact: "3 of 801 starts"."""
-    return f"{counted(starts(names, 'unilateral'))} starts"
-
-
-def counted(rows: pandas.DataFrame) -> str:
-    """Count the rows that lose contact: "3 of 801"."""
+def losing_contact(names: str | Iterable[str], query: str = "") -> str:
+    """Count the starts that lose contact: "3 of 801"."""
+    rows = starts(names, "unilateral", query)
     return f"{(rows['outcome'] == 'contact_lost').sum()} of {len(rows)}"
 
 
@@ -230,12 +227,11 @@ def of_all(rows: pandas.DataFrame, holds: pandas.Series, printed: str, more: str
     """
     others = rows[~holds]
     count, left = int(holds.sum()), undecided(others)
-    until = short(others["t_stop"].max())
-    open_ones = (
-        f"; {left} have not inverted at {until} s, which nothing excludes later" if left else ""
-    )
+    shown = f"{count} of {len(rows)}{more}"
+    if left:
+        until = short(others["t_stop"].max())
+        shown += f"; {left} have not inverted at {until} s, which nothing excludes later"
     failing = len(others) > left or not count
-    shown = f"{count} of {len(rows)}{more}{open_ones}"
     return statement(False if failing else None if left else True, printed, shown)
 
 
@@ -244,8 +240,9 @@ def undecided(rows: pandas.DataFrame) -> int:
     return int((rows["t_end_A"].isna() & (rows["outcome"] != "does_not_invert")).sum())
 
 
-def climbed(rows: pandas.DataFrame) -> str:
+def climbed(names: str | Iterable[str], contact: str) -> str:
     """Count the climbs that end in definition A within the horizon: "798 of 801"."""
+    rows = starts(names, contact)
     return f"{rows['t_end_A'].notna().sum()} of {len(rows)}"
 
 
@@ -268,12 +265,7 @@ def width(rows: pandas.DataFrame | pandas.Series, name: str) -> pandas.Series:
 
 def greatest(rows: pandas.DataFrame, name: str) -> pandas.Series:
     """The row with the largest value in a column."""
-    return rows.sort_values(name).iloc[-rows[name].isna().sum() - 1]
-
-
-def percent(part: float) -> str:
-    """A fraction in percent."""
-    return f"{100 * part:.1f} %"
+    return rows.sort_values(name, na_position="first").iloc[-1]
 
 
 def short(value: float, digits: int = 4) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 
 from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
@@ -246,8 +246,7 @@ for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
     Note: Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact
     constraint; all parameters and the state are symbols.
     """
-    given = {"name": name, "printed": printed}
-    claim(id, words, control="partly", printed=wrong, given=given)(_rate)
+    claim(id, words, control="partly", printed=wrong)(partial(_rate, name, printed=printed))
 
 
 @claim("EQ-13", control="refuted", printed=NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y"))

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 
 import numpy
@@ -13,21 +14,10 @@ from scipy.optimize import least_squares
 
 from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence.motions import paper_odeint, state_errors
-from tt_precise.claims.evidence.proved import precession, reversal
-from tt_precise.claims.evidence.run import (
-    DEFINITIONS,
-    FINE,
-    MANY,
-    REFERENCE,
-    Run,
-    Span,
-    climb_of,
-    rising,
-    rows_of,
-    variant,
-)
-from tt_precise.claims.part import Part, Value, decimal, statement, statements
+from tt_precise.claims.evidence import motions, proved
+from tt_precise.claims.evidence import run as runs
+from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, rising, variant
+from tt_precise.claims.part import Part, Value, about, decimal, statement, statements
 from tt_precise.claims.verdicts import Grounds
 from tt_precise.golden.proofs import Interval
 from tt_precise.integration import Trajectory, integrate
@@ -50,7 +40,9 @@ BAND = (
     "the band at a turning point of theta: the distance from it to the straight line between the "
     "turning points before and after it"
 )
-EARLY = 20
+ILL_CONDITIONED = "The distance from the pole is ill conditioned, and so is the height of phi_dot."
+EARLY = 20  # First turning points, over which the restarted top must climb.
+TWICE_UP, UP_AND_DOWN = (("-", "+"), ("-", "+")), (("-", "+"), ("+", "-"))
 SIGNS = {"-": "negative", "+": "positive"}
 SINGULAR = 200  # Size of phi_dot in rad/s that counts as singular: above omega_3(0).
 SCALES = {
@@ -67,14 +59,13 @@ def initiation_time(printed: str = START, run: Run = REFERENCE) -> Grounds:
 
     Sec. 2.1: "the initiation time t_{theta≈0}≈3.2 s"
     Definition: {DEFINITION}
-    Note: The three definitions of the initiation time differ by {number_1:2} s; the printed digit
+    Note: The three definitions of the initiation time differ by {spread:2} s; the printed digit
     resolves a tenth of one.
     """
     times = _in_all_definitions("t_init", run)
     values = [time.value for time in times.values()]
-    return {name: part.about(printed, time, "s") for name, time in times.items()}, {
-        "number_1": max(values) - min(values)
-    }
+    parts = {name: about(printed, time, "s") for name, time in times.items()}
+    return parts, {"spread": max(values) - min(values)}
 
 
 @claim("NUM-05", rule="interpretations", control="ambiguous", printed="7.88")
@@ -88,11 +79,11 @@ def ending_time(printed: str = END, run: Run = REFERENCE) -> Grounds:
     """
     times = _in_all_definitions("t_end", run)
     highest = run.confirm(
-        lambda solution: rows_of(solution, "theta_max").sort_values("theta")["t"].iloc[-1]
+        lambda run: runs.rows_of(run, "theta_max").sort_values("theta")["t"].iloc[-1]
     )
     times[TOP] = highest.within(_highest(run))
     off = min(abs(part.fraction_of(time) - Fraction(printed)) for time in times.values())
-    return {name: part.about(printed, time, "s") for name, time in times.items()}, {"off": off}
+    return {name: about(printed, time, "s") for name, time in times.items()}, {"off": off}
 
 
 @claim("NUM-07")
@@ -105,11 +96,9 @@ def climbing_time(run: Run = REFERENCE) -> Grounds:
     Note: A definition: the paper prints no number for T_inv. Its two times, {END} s and {START} s,
     are NUM-05 and NUM-04.
     """
-    shown = ", ".join(
-        f"{decimal(part.fraction_of(time), 5)} s ({meaning})"
-        for meaning, time in _in_all_definitions("duration", run).items()
-    )
-    return part.untestable("T_inv = t_end - t_init", shown), {"END": END, "START": START}
+    times = _in_all_definitions("duration", run).items()
+    shown = ", ".join(f"{decimal(time, 5)} s ({meaning})" for meaning, time in times)
+    return part.untestable("T_inv = t_end - t_init", shown)
 
 
 def _in_all_definitions(which: str, run: Run) -> dict[str, Value]:
@@ -139,15 +128,10 @@ def climbing_phase(printed: tuple[str, str] = ("3.2", "7.86"), run: Run = REFERE
     """
     parts = {}
     for name, meaning in DEFINITIONS.items():
-        ends = [
-            part.about(text, run.moment(name, which))
-            for text, which in zip(printed, ENDS, strict=True)
-        ]
+        ends = [about(text, run.moment(name, end)) for text, end in zip(printed, ENDS, strict=True)]
         shown = f"{' to '.join(end.measured for end in ends)} s"
-        holds = all(end.holds for end in ends)
-        parts[meaning] = statement(
-            holds, f"{' to '.join(printed)} s", shown, proved=all(end.proved for end in ends)
-        )
+        holds, sure = (all(getattr(end, key) for end in ends) for key in ("holds", "proved"))
+        parts[meaning] = statement(holds, f"{' to '.join(printed)} s", shown, proved=sure)
     return parts
 
 
@@ -160,34 +144,32 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Groun
     Definition: phi_dot where L.k = L.z for the last time before the climb (initiation time B), and
     at the maxima of theta before and after the initiation time A; at the minima of theta between
     them phi_dot is singular
-    Note: At the maxima of theta in the climb phi_dot goes from {courses[0]:3} to {number_1:3}
-    rad/s, and rises in {rises} of {number_2} steps.
+    Note: At the maxima of theta in the climb phi_dot goes from {first:3} to {last:3} rad/s, and
+    rises in {rises} of {steps} steps.
     """
-    values = {
-        "where L.k = L.z": lambda solution: solution.at(climb_of(solution).B.t_init).phi_dot,
-        "last maximum of theta before": lambda solution: _precession_at_top(solution, 0),
-        "first maximum of theta after": lambda solution: _precession_at_top(solution, 1),
+
+    def at_top(which: int, run: Trajectory) -> Scalar:
+        return _around(runs.rows_of(run, "theta_max"), runs.climb_of(run).A.t_init)[which]
+
+    values: dict[str, Callable[[Trajectory], Scalar]] = {
+        "where L.k = L.z": lambda run: run.at(runs.climb_of(run).B.t_init).phi_dot,
+        "last maximum of theta before": partial(at_top, 0),
+        "first maximum of theta after": partial(at_top, 1),
     }
-    pairs = zip(values.items(), precession(run.scene), strict=True)
+    pairs = zip(values.items(), proved.precession(run.scene), strict=True)
     parts = {
-        name: part.about(printed, run.confirm(value).within(interval), "rad/s")
+        name: about(printed, run.confirm(value).within(interval), "rad/s")
         for (name, value), interval in pairs
     }
     tops = run.events("theta_max")
-    courses = [float(x) for x in tops["phi_dot"][tops["t"].map(run.climb.has)]]
-    rises = sum(b > a for a, b in pairwise(courses))
-    return parts, {
-        "courses": courses,
-        "number_1": courses[-1],
-        "rises": rises,
-        "number_2": len(courses) - 1,
-    }
+    course = [float(x) for x in tops["phi_dot"][tops["t"].map(run.climb.has)]]
+    rises = sum(b > a for a, b in pairwise(course))
+    numbers = {"first": course[0], "last": course[-1], "rises": rises, "steps": len(course) - 1}
+    return parts, numbers
 
 
-@claim("QUAL-03", rule="misprint", control="reproduced", printed=(("-", "+"), ("+", "-")))
-def reversals(
-    printed: Sequence[tuple[str, str]] = (("-", "+"), ("-", "+")), run: Run = REFERENCE
-) -> Grounds:
+@claim("QUAL-03", rule="misprint", control="reproduced", printed=UP_AND_DOWN)
+def reversals(printed: Sequence[tuple[str, str]] = TWICE_UP, run: Run = REFERENCE) -> Grounds:
     """At two moments phi_dot changes from large negative to large positive values.
 
     Sec. 2.1: "two moments ... of singular behaviour of phi_dot(t) when this angular velocity
@@ -197,70 +179,60 @@ def reversals(
     Note: The heights of these peaks are ill conditioned, their signs are not. For the first moment
     alone, of which Summary c) speaks, the sentence is right (QUAL-26).
     """
-    jumps = [_reversal(run, "theta_min", 0), _reversal(run, "theta_max", 1)]
+    ends = list(zip(("theta_min", "theta_max"), ENDS, run.climb, strict=True))
+    jumps = [list(map(float, _around(run.events(each), moment))) for each, _, moment in ends]
     signs = tuple(("-+"[a > 0], "-+"[b > 0]) for a, b in jumps)
-    values = [value for pair in jumps for value in pair]
+    values = [value for jump in jumps for value in jump]
     large = all(abs(value) > LARGE for value in values)
-    peaks = [
-        *reversal(run.scene, "theta_min", "t_init"),
-        *reversal(run.scene, "theta_max", "t_end"),
-    ]
-    proved = large and all(
+    peaks = [peak for each, which, _ in ends for peak in proved.reversal(run.scene, each, which)]
+    sure = large and all(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, values, strict=True)
     )
     shown = "; ".join(f"from {decimal(a, 3)} to {decimal(b, 3)} rad/s" for a, b in jumps)
 
-    def read_as(wanted: Sequence[tuple[str, str]]) -> Part:
-        texts = (f"from large {SIGNS[a]} to large {SIGNS[b]} values" for a, b in wanted)
+    def compare(claimed: Sequence[tuple[str, str]]) -> Part:
+        texts = (f"from large {SIGNS[a]} to large {SIGNS[b]} values" for a, b in claimed)
         text = " at the first moment, ".join(texts) + " at the second"
-        return statement(large and wanted == signs, text, shown, proved=proved)
+        return statement(large and claimed == signs, text, shown, proved=sure)
 
-    return part.misprint(read_as, printed, (("-", "+"), ("+", "-")))
+    return part.misprint(compare, printed, UP_AND_DOWN)
 
 
-@claim(
-    "QUAL-04",
+@claim("QUAL-04", control="refuted", extremum="theta_max")
+def lowest_at_initiation(extremum: str = "theta_min", run: Run = REFERENCE) -> Grounds:
     """theta is locally minimal and close to 0 at t_init.
 
     Sec. 2.1: "the angle theta(t) takes correspondingly locally minimal value close to 0 at
     t_{theta≈0}"
     Definition: the minimum of theta next to t_init, definition A; close: within 0.001 rad; at the
     same moment: within half a nutation, 0.02 s
-    Note: The distance from the pole is ill conditioned, and so is the height of phi_dot.
-    """,
-    given={"extremum": "theta_min", "when": "t_init", "pole": 0.0, "half": 0.02},
-    control="refuted",
-    extremum="theta_max",
-)
-@claim(
-    "QUAL-33",
+    Note: {ILL_CONDITIONED}
+    """
+    return _nearest_to_a_pole(extremum, "t_init", 0.0, 0.02, run)
+
+
+@claim("QUAL-33", control="refuted", extremum="theta_min")
+def highest_at_ending(extremum: str = "theta_max", run: Run = REFERENCE) -> Grounds:
     """theta is locally maximal and close to pi at t_end.
 
     Sec. 2.1: "then locally maximal value close to pi at t_{theta≈pi}"
     Definition: the maximum of theta next to t_end, definition A; close: within 0.001 rad; at the
     same moment: within half a nutation, 0.04 s
-    Note: The distance from the pole is ill conditioned, and so is the height of phi_dot.
-    """,
-    given={"extremum": "theta_max", "when": "t_end", "pole": math.pi, "half": 0.04},
-    control="refuted",
-    extremum="theta_min",
-)
-def nearest_to_a_pole(
-    extremum: str, when: str, pole: float, half: float, run: Run = REFERENCE
-) -> Grounds:
+    Note: {ILL_CONDITIONED}
+    """
+    return _nearest_to_a_pole(extremum, "t_end", math.pi, 0.04, run)
+
+
+def _nearest_to_a_pole(extremum: str, which: str, pole: float, half: float, run: Run) -> Part:
     """Test for a turning point of theta close to a pole, ``half`` s around a time of the climb."""
-    moment = float(getattr(run.inversion.A, when))
-    events = run.events(extremum)
-    t, theta = min(
-        ((float(t), float(theta)) for t, theta in zip(events["t"], events["theta"], strict=True)),
-        key=lambda pair: abs(pair[0] - moment),
-    )
-    return statement(
-        abs(t - moment) < half and abs(theta - pole) < 0.001,
-        f"{extremum.replace('_', ' ')} close to {'pi' if pole else '0'} at {when}",
-        f"{decimal(abs(theta - pole), 3)} rad from the pole at {decimal(t, 6)} s",
-    )
+    moment = float(getattr(run.inversion.A, which))
+    events = run.events(extremum)[["t", "theta"]].astype(float).to_numpy()
+    t, theta = min(events, key=lambda event: abs(event[0] - moment))
+    holds = abs(t - moment) < half and abs(theta - pole) < 0.001
+    words = f"{extremum.replace('_', ' ')} close to {'pi' if pole else '0'} at {which}"
+    shown = f"{decimal(abs(theta - pole), 3)} rad from the pole at {decimal(t, 6)} s"
+    return statement(holds, words, shown)
 
 
 @claim("QUAL-05", control="refuted", name="omega_3")
@@ -275,7 +247,7 @@ def growth_of_amplitudes(name: str = "phi_dot", run: Run = REFERENCE) -> Grounds
     pole. The largest value depends on this distance and is ill conditioned.
     """
     times, values = run.extrema(name)
-    swings = abs(values[1:] - values[:-1]) / 2
+    swings = abs(numpy.diff(values)) / 2
     parts = {}
     for when, moment in zip(ENDS, run.climb, strict=True):
         near = max(swings[abs(times[1:] - moment) < 0.1], default=0.0)
@@ -293,53 +265,32 @@ def three_phases(run: Run = REFERENCE) -> Grounds:
     Definition: the middle of the nutation band: at the last turning point before t_init lower than
     at the first, of at least {MANY}; rising from each to the next from t_init to t_end; within 0.05
     rad of pi after t_end (definition A)
-    Note: The middle is lowest at {lowest[0]:6} s, where the axis passes the pole.
+    Note: The middle is lowest at {lowest.t:6} s, where the axis passes the pole.
     """
-    middles, climb = [(turn.t, turn.middle) for turn in run.band], run.climb
-    before = [middle for t, middle in middles if t < climb.begin]
-    during = [middle for t, middle in middles if climb.has(t)]
-    after = [middle for t, middle in middles if t > climb.end]
-    lowest = min(middles[: len(middles) // 2 + 1], key=lambda pair: pair[1])
-    furthest = max((math.pi - middle for middle in after), default=math.inf)
-    fall = (
-        f", the middle falls from {decimal(before[0], 3)} to {decimal(before[-1], 3)} rad"
-        if before
-        else ""
-    )
-    rise = f"from {decimal(during[0], 3)} to {decimal(during[-1], 4)} rad without a fall"
+    band, climb = run.band, run.climb
+    before = [turn.middle for turn in band if turn.t < climb.begin]
+    during = [turn.middle for turn in band if climb.has(turn.t)]
+    after = [math.pi - turn.middle for turn in band if turn.t > climb.end]
+    waits = len(before) >= MANY and before[-1] < before[0]
+    turns, away = f"{len(before)} turning points", "not seen"
+    if before:
+        turns += f", the middle falls from {decimal(before[0], 3)} to {decimal(before[-1], 3)} rad"
+    if after:
+        away = f"at most {decimal(max(after), 2)} rad away"
+    rise = f"the middle rises from {decimal(during[0], 3)} to {decimal(during[-1], 4)} rad "
+    rise += "without a fall"
+    stays = bool(after) and max(after) < 0.05
     return {
-        "synchronisation": statement(
-            len(before) >= MANY and before[-1] < before[0],
-            "theta does not climb before t_init",
-            f"{len(before)} turning points{fall}",
-        ),
-        "climb": statement(
-            rising(during), "theta climbs from t_init to t_end", f"the middle rises {rise}"
-        ),
-        "stabilisation": statement(
-            furthest < 0.05,
-            "theta near pi after t_end",
-            f"at most {decimal(furthest, 2)} rad away" if after else "not seen",
-        ),
-    }, {"lowest": lowest}
-
-
-def _precession_at_top(run: Trajectory, which: int) -> Scalar:
-    return _around(rows_of(run, "theta_max"), climb_of(run).A.t_init)[which]
-
-
-def _reversal(run: Run, extremum: str, which: int) -> tuple[float, float]:
-    """phi_dot at the turning points before and after the initiation or the ending time."""
-    before, after = _around(run.events(extremum), run.climb[which])
-    return float(before), float(after)
+        "synchronisation": statement(waits, "theta does not climb before t_init", turns),
+        "climb": statement(rising(during), "theta climbs from t_init to t_end", rise),
+        "stabilisation": statement(stays, "theta near pi after t_end", away),
+    }, {"lowest": min(band[: len(band) // 2 + 1], key=lambda turn: turn.middle)}
 
 
 def _around(events: pandas.DataFrame, moment: Scalar) -> tuple[Scalar, Scalar]:
-    """phi_dot at the last event before a moment and at the first one after it."""
-    before, after = (
-        events["phi_dot"][side] for side in (events["t"] < moment, events["t"] > moment)
-    )
-    return before.iloc[-1], after.iloc[0]
+    """phi_dot at the last event before a moment and at the first event after it."""
+    t, phi_dot = events["t"], events["phi_dot"]
+    return phi_dot[t < moment].iloc[-1], phi_dot[t > moment].iloc[0]
 
 
 @claim("QUAL-02", control="partly", name="omega_3")
@@ -349,23 +300,18 @@ def logistic_curve(name: str = "theta", run: Run = REFERENCE) -> Grounds:
     Sec. 2.1: "It has a general form of a logistic type curve"
     Definition: least-squares fit of pi/(1 + exp(-k (t - t0))) over the climb (definition A), which
     shall leave at most 1 % of the variance; the middle of the band rises; {BAND}
-    Note: The curve is not symmetric: theta needs {number_1:3} s to pi/2 and {number_2:3} s from
-    there.
+    Note: The curve is not symmetric: theta needs {first:3} s to pi/2 and {second:3} s from there.
     """
     span = run.climb
     rate, centre, left = _logistic_fit(name, run, span)
-    belts = [belt for belt in run.band if span.has(belt.t)]
-    falls = sum(b.middle < a.middle for a, b in pairwise(belts))
-    half = run.equator
-    shown = f"falls {falls} of {len(belts) - 1} times"
+    middles = [turn.middle for turn in run.band if span.has(turn.t)]
+    falls = sum(b < a for a, b in pairwise(middles))
+    shown = f"k = {rate:.2f} 1/s, t0 = {centre:.2f} s leave {100 * left:.2g} % of the variance"
+    steps = f"falls {falls} of {len(middles) - 1} times"
     return {
-        "logistic": statement(
-            left <= 0.01,
-            "logistic type curve",
-            f"k = {rate:.2f} 1/s, t0 = {centre:.2f} s leave {100 * left:.2g} % of the variance",
-        ),
-        "middle of the band": statement(falls == 0, "rises", shown),
-    }, {"number_1": half - span.begin, "number_2": span.end - half}
+        "logistic": statement(left <= 0.01, "logistic type curve", shown),
+        "middle of the band": statement(falls == 0, "rises", steps),
+    }, {"first": run.equator - span.begin, "second": span.end - run.equator}
 
 
 @claim("QUAL-42", control="refuted", share=0.01)
@@ -388,29 +334,25 @@ def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> Grounds:
 
     Sec. 2.1: "widening of the nutational band when theta(t) is crossing pi/2"
     Definition: {BAND}; as in the text, large theta_dot stands for a wide band
-    Note: The largest theta_dot, {fastest.value:5} rad/s, comes at {number_1:4} s, and theta first
+    Note: The largest theta_dot, {fastest.value:5} rad/s, comes at {when:4} s, and theta first
     passes pi/2 at {run.equator:4} s.
     """
-    belts = run.band
-    at = min(belts, key=lambda belt: abs(belt.middle - widest))
-    start = min(belts, key=lambda belt: abs(belt.t - run.climb.begin))
-    widest_one = max(belts, key=lambda belt: belt.width)
-    fastest = run.extreme("theta_dot", largest=True)
-    times, speeds = run.extrema("theta_dot")
+    at = min(run.band, key=lambda turn: abs(turn.middle - widest))
+    start = min(run.band, key=lambda turn: abs(turn.t - run.climb.begin))
+    top = max(run.band, key=lambda turn: turn.width)
+    wider = f"{decimal(start.width, 3)} rad at t_init, {decimal(at.width, 3)} rad at theta = "
+    most = f"widest, {decimal(top.width, 3)} rad, at theta = {decimal(top.middle, 3)} "
+    most += f"({decimal(top.t, 4)} s)"
+    there, words = abs(top.middle - widest) < 0.1, f"widest at theta = {decimal(widest, 3)}"
     return {
         "wider than at t_init": statement(
-            at.width > start.width,
-            "widening",
-            f"{decimal(start.width, 3)} rad at t_init, {decimal(at.width, 3)} rad at "
-            f"theta = {decimal(at.middle, 3)}",
+            at.width > start.width, "widening", wider + decimal(at.middle, 3)
         ),
-        "widest there": statement(
-            abs(widest_one.middle - widest) < 0.1,
-            f"widest at theta = {decimal(widest, 3)}",
-            f"widest, {decimal(widest_one.width, 3)} rad, at theta = "
-            f"{decimal(widest_one.middle, 3)} ({decimal(widest_one.t, 4)} s)",
-        ),
-    }, {"fastest": fastest, "number_1": times[speeds.argmax()]}
+        "widest there": statement(there, words, most),
+    }, {
+        "fastest": run.extreme("theta_dot", largest=True),
+        "when": run.extremum("theta_dot", largest=True)[0],
+    }
 
 
 @claim("QUAL-34", control="refuted", run=Run(variant(until="5.5")))
@@ -420,15 +362,13 @@ def narrowing_band(run: Run = REFERENCE) -> Grounds:
     Sec. 2.1: "The band is narrowing (and theta_dot(t)->0) when 3(t) is approaching the south pole"
     Definition: {BAND}; narrowing: narrower at the last turning point than where its middle is
     nearest to pi/2
-    Note: It is {number_1:2} % as wide at the end.
+    Note: It is {share:2} % as wide at the end.
     """
-    at, last = min(run.band, key=lambda belt: abs(belt.middle - math.pi / 2)), run.band[-1]
-    shown = (
-        f"{decimal(at.width, 3)} rad at theta = {decimal(at.middle, 3)}, "
-        f"{decimal(last.width, 2)} rad at {decimal(last.middle, 4)}"
-    )
-    check = statement(last.width < at.width, "narrowing", shown)
-    return check, {"number_1": 100 * last.width / at.width}
+    at, last = min(run.band, key=lambda turn: abs(turn.middle - math.pi / 2)), run.band[-1]
+    shown = f"{decimal(at.width, 3)} rad at theta = {decimal(at.middle, 3)}, "
+    shown += f"{decimal(last.width, 2)} rad at {decimal(last.middle, 4)}"
+    share = 100 * last.width / at.width
+    return statement(last.width < at.width, "narrowing", shown), {"share": share}
 
 
 def _logistic_fit(name: str, run: Run, span: Span) -> tuple[float, float, float]:
@@ -466,15 +406,14 @@ def small_perturbations(share: str = "0.01", run: Run = REFERENCE) -> Grounds:
             singular += [pair] if min(pair) > SINGULAR else []
     least = min(map(min, singular), default=0.0)
     highest = max(map(max, singular), default=0.0)
-    spread = f"{decimal(min(begins)[0], 3)} to {decimal(max(begins)[0], 3)} s" if begins else "none"
-    own = run.climb.begin
-    farthest = max(begins, key=lambda pair: abs(pair[0] - own))[1] if begins else "nothing"
-    return statement(
-        len(singular) == len(starts),
-        "not affected",
-        f"{len(singular)} of {len(starts)} perturbed starts show both reversals, "
-        f"with |phi_dot| of at least {decimal(least, 3)} rad/s",
-    ), {"highest": highest, "spread": spread, "farthest": farthest}
+    spread, farthest = "none", "nothing"
+    if begins:
+        spread = f"{decimal(min(begins)[0], 3)} to {decimal(max(begins)[0], 3)} s"
+        farthest = max(begins, key=lambda pair: abs(pair[0] - run.climb.begin))[1]
+    shown = f"{len(singular)} of {len(starts)} perturbed starts show both reversals, "
+    shown += f"with |phi_dot| of at least {decimal(least, 3)} rad/s"
+    numbers = {"highest": highest, "spread": spread, "farthest": farthest}
+    return statement(len(singular) == len(starts), "not affected", shown), numbers
 
 
 @claim("QUAL-07", control="refuted", before="1")
@@ -492,11 +431,10 @@ def restart(before: str = "0", run: Run = REFERENCE) -> Grounds:
     for name, meaning in DEFINITIONS.items():
         again = Run(_restarted(run, name, Fraction(before)))
         t_init = again.inversion.A.t_init
-        parts[meaning] = (
-            t_init == 0 and rising([turn.middle for turn in again.band[:EARLY]]),
-            f"t_init = {'none' if t_init is None else decimal(t_init, 4)} s, theta passes "
-            f"pi/2 after {decimal(again.equator, 5)} s",
-        )
+        shown = f"t_init = {'none' if t_init is None else decimal(t_init, 4)} s, theta passes "
+        shown += f"pi/2 after {decimal(again.equator, 5)} s"
+        at_once = t_init == 0 and rising([turn.middle for turn in again.band[:EARLY]])
+        parts[meaning] = at_once, shown
     return statements("climbs immediately", parts)
 
 
@@ -515,7 +453,7 @@ def _peaks(run: Trajectory) -> tuple[float, float] | None:
     climb = run.inversion.A
     if not climb.t_init or climb.t_end is None:
         return None
-    turns = rows_of(run, "theta_min", "theta_max")
+    turns = runs.rows_of(run, "theta_min", "theta_max")
     first, last = (
         float(abs(turns["phi_dot"][abs(turns["t"] - moment) < 0.1]).max())
         for moment in (climb.t_init, climb.t_end)
@@ -524,8 +462,8 @@ def _peaks(run: Trajectory) -> tuple[float, float] | None:
 
 
 def _restarted(run: Run, definition: str, before: Fraction) -> Scene:
-    solution = run.trajectory(FINE)
-    t_init = getattr(climb_of(solution), definition).t_init
+    solution = run.trajectory(runs.FINE)
+    t_init = getattr(runs.climb_of(solution), definition).t_init
     texts = solution.at(t_init - float(before)).as_text()
     values = {name: text for name in EulerState._fields if (text := texts[name]) is not None}
     return variant(run.scene, **values, until="6")
@@ -539,11 +477,10 @@ def jellett_drift(printed: str = "1e-6", run: Run = REFERENCE) -> Grounds:
     Definition: largest |lambda(t)/lambda(0) - 1| over 0..8 s, output every 0.01 s, with SciPy's
     odeint, default tolerances, on eqs (2) to (7) in SI: the paper's method as far as it says
     Note: 1e-6 in lambda does not bound the error of the state: in odeint's run theta was off by up
-    to {off[theta]:1} rad, theta_dot by {off[theta_dot]:1} rad/s, omega_3 by {off[omega_3]:1} rad/s,
-    and phi_dot at one output time by more than {number_1:1} rad/s.
+    to {theta:1} rad, theta_dot by {theta_dot:1} rad/s, omega_3 by {omega_3:1} rad/s, and phi_dot at
+    one output time by more than {peak:1} rad/s.
     """
-    off = state_errors(run.scene)
-    return part.at_most_order(printed, Value(paper_odeint(run.scene)[1], 1)), {
-        "off": off,
-        "number_1": Fraction(10) ** part.decade(Fraction(off["phi_dot"])),
-    }
+    errors = motions.state_errors(run.scene)
+    peak = Fraction(10) ** part.decade(Fraction(errors["phi_dot"]))
+    drift = Value(motions.paper_odeint(run.scene)[1], 1)  # a digit that every machine has
+    return part.at_most_order(printed, drift), {**errors, "peak": peak}

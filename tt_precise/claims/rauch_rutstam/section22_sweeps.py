@@ -7,30 +7,12 @@ from functools import partial
 from itertools import pairwise
 
 import pandas
-from msgspec.structs import replace
 
-from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence.formulas import chart, quantity
+from tt_precise.claims.evidence import formulas, sweeps
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
-from tt_precise.claims.evidence.sweeps import (
-    ALONE,
-    AMPLITUDES,
-    CONTACTS,
-    HORIZON,
-    both_ways,
-    climbed,
-    counted,
-    greatest,
-    losing_contact,
-    of_all,
-    percent,
-    reference_row,
-    short,
-    starts,
-    width,
-)
-from tt_precise.claims.part import Part, statement, statements
+from tt_precise.claims.evidence.sweeps import ALONE, AMPLITUDES, CONTACTS, greatest, short, starts
+from tt_precise.claims.part import Part, about, statement, statements
 from tt_precise.claims.rauch_rutstam.section1_theorem import with_the_same_lambda
 from tt_precise.claims.verdicts import Grounds
 from tt_precise.mechanics.euler import EulerState
@@ -48,9 +30,8 @@ VANISHES = "83.1"
 CONTINUOUS = 1e-3  # A last value below this share of the first is invisible at three digits.
 NEXT = "from each theta(0) to the next, 0.005 rad on; omega_3(0) = 155 rad/s"
 RANGES = f"Ranges of nu_x, nu_y and theta_dot along the trajectory, {NEXT}."
-CLIMBING_TIMES = f"Climbing time in definition A, {NEXT}. {HORIZON}"
+CLIMBING_TIMES = f"Climbing time in definition A, {NEXT}. {sweeps.HORIZON}"
 FLATTER = ("0.1", "0.08", "0.06", "0.04", "0.02", "0.01")
-STEEPER = ("0.1", "0.3")
 LIMITS = {"nu_x": "0.3", "nu_y": "0.8", "theta_dot": "15"}
 EVERY = (*ALONE, "box")
 TESTED = (
@@ -58,7 +39,6 @@ TESTED = (
     "and 2,048 starts of the box of the three and phi_dot(0) in [-200, 200]."
 )
 INVERTS = '"Inverts": the climb ends, in definition A, within the horizon.'
-SMOOTH = "phi_dot, smooth"
 ENDS = ("195", "197.5", "200")
 CLOSE = "0.1"
 AMONG = (
@@ -68,28 +48,26 @@ AMONG = (
 )
 
 
-@claim("SWP-01", rule="interpretations", control="refuted", printed="90")  # fmt: skip
+@claim("SWP-01", rule="interpretations", control="refuted", printed="90")
 def shortened(printed: str = VANISHES) -> Grounds:
     """From phi_dot(0) = 0 to 83.1 rad/s t_init falls.
 
     Sec. 2.2: "An increase of phi_dot(0) from 0 to 83.1 shortens the length of the initial
     synchronisation phase"
     Definition: {T_INIT}
-    Note: {number_1} starts lose contact.
+    Note: {lost} starts lose contact.
     """
-    rows = starts("phi_dot", "held")
-    rows = rows[rows["phi_dot"].between(0, float(printed))]
+    rows = starts("phi_dot", "held", f"0 <= phi_dot <= {printed}")
     parts = {}
     for definition in ABC:
         times = rows[f"t_init_{definition}"]
         down, steps = trend(times)
         first, last = (short(times.iloc[end], 3) for end in (0, -1))
-        shown = f"falls in {steps}, from {first} to {last} s"
-        parts[f"definition {definition}"] = down, shown
-    return statements("shortened", parts), {"number_1": lost_between("0", printed)}
+        parts[f"definition {definition}"] = down, f"falls in {steps}, from {first} to {last} s"
+    return statements("shortened", parts), {"lost": lost_between("0", printed)}
 
 
-@claim("SWP-23", rule="interpretations", control="refuted", printed="80.1")  # fmt: skip
+@claim("SWP-23", rule="interpretations", control="refuted", printed="80.1")
 def goes_to_zero(printed: str = VANISHES) -> Grounds:
     """t_init goes to zero at phi_dot(0) = 83.1 rad/s.
 
@@ -99,40 +77,35 @@ def goes_to_zero(printed: str = VANISHES) -> Grounds:
     Note: In definitions A, B and C alike. The last synchronisation phase is the first half
     nutation, and there is none shorter.
     """
-    coarse, fine = starts("phi_dot", "held"), starts("phi_dot near the end", "held")
+    fine = starts("phi_dot near the end", "held")
     last = fine[fine["t_init_A"] > 0].iloc[-1]
     after = fine[fine["phi_dot"] > last["phi_dot"]].iloc[0]
-    longest = coarse[coarse["phi_dot"] == 0]["t_init_A"].iloc[0]
+    longest = starts("phi_dot", "held", "phi_dot == 0")["t_init_A"].iloc[0]
     zero = [fine["phi_dot"][fine[f"t_init_{definition}"] == 0].min() for definition in ABC]
-    gone = all(part.about(printed, where, "rad/s").holds for where in zero)
-    shown = (
-        f"{short(last['t_init_A'], 2)} s at {short(last['phi_dot'])} rad/s, "
-        f"{short(after['t_init_A'], 2)} s at {short(after['phi_dot'])} rad/s"
+    gone = all(about(printed, where, "rad/s").holds for where in zero)
+    tends = gone and last["t_init_A"] < CONTINUOUS * longest
+    shown = ", ".join(
+        f"{short(row['t_init_A'], 2)} s at {short(row['phi_dot'])} rad/s" for row in (last, after)
     )
-    return {
-        "it is zero from there on": statement(gone, "to zero", shown),
-        "it tends to zero": statement(
-            gone and last["t_init_A"] < CONTINUOUS * longest, "to zero", shown
-        ),
-    }
+    parts = {"it is zero from there on": (gone, shown), "it tends to zero": (tends, shown)}
+    return statements("to zero", parts)
 
 
-@claim("SWP-02", rule="interpretations", control="refuted", beyond="70")  # fmt: skip
+@claim("SWP-02", rule="interpretations", control="refuted", beyond="70")
 def gone_beyond(beyond: str = VANISHES) -> Grounds:
     """Beyond phi_dot(0) = 83.1 rad/s the climb is under way from the start.
 
     Sec. 2.2: "With further increase of phi_dot(0) the synchronisation phase disappears"
     Definition: {T_INIT}
-    Note: {number_1} starts up to 200 rad/s lose contact.
+    Note: {lost} starts up to 200 rad/s lose contact.
     """
-    rows = starts(("phi_dot", "phi_dot near the end"), "held")
-    rows = rows[rows["phi_dot"] > float(beyond)]
+    rows = starts(("phi_dot", "phi_dot near the end"), "held", f"phi_dot > {beyond}")
     none = {definition: int((rows[f"t_init_{definition}"] == 0).sum()) for definition in ABC}
     parts = {
         f"definition {definition}": (0 < count == len(rows), f"{count} of {len(rows)} starts")
         for definition, count in none.items()
     }
-    return statements("no synchronisation", parts), {"number_1": lost_between(beyond, "200")}
+    return statements("no synchronisation", parts), {"lost": lost_between(beyond, "200")}
 
 
 @claim("SWP-03", control="refuted", near="200")
@@ -141,25 +114,18 @@ def climb_shortened(near: str = "150", far: str = "200") -> Grounds:
 
     Sec. 2.2: "With further increase of phi_dot(0) ... the climbing time is shortened"
     Definition: Climbing time in definition A
-    Note: The climbing time has a minimum, {least[climb_A]:.4g} s at {least[phi_dot]:.4g} rad/s, and
-    grows from there to {most[climb_A]:.4g} s at {most[phi_dot]:.4g} rad/s; in definition B it is at
-    {quickest[B]:.4g} rad/s, in C at {quickest[C]:.4g}.
+    Note: The climbing time has a minimum, {A[climb_A]:.4g} s at {A[phi_dot]:.4g} rad/s, and grows
+    from there to {most[climb_A]:.4g} s at {most[phi_dot]:.4g} rad/s; in definition B it is at
+    {B[phi_dot]:.4g} rad/s, in C at {C[phi_dot]:.4g}.
     """
-    rows = starts("phi_dot", "held")
-    rows = rows[rows["phi_dot"] > float(VANISHES)]
-    least, most = rows.sort_values("climb_A").iloc[0], greatest(rows, "climb_A")
-    quickest = {
-        definition: rows.sort_values(f"climb_{definition}").iloc[0]["phi_dot"] for definition in ABC
-    }
-
-    def check(end: str) -> Part:
-        some = rows[rows["phi_dot"] <= float(end)]["climb_A"]
-        shown = f"from {short(some.iloc[0])} s to {short(some.iloc[-1])} s at {end} rad/s"
-        return statement(trend(some)[0], "falls", shown)
-
-    return {
-        name: check(end) for name, end in ((f"up to {near} rad/s", near), ("up to the end", far))
-    }, {"least": least, "most": most, "quickest": quickest}
+    rows = starts("phi_dot", "held", f"phi_dot > {VANISHES}")
+    parts = {}
+    for name, end in ((f"up to {near} rad/s", near), ("up to the end", far)):
+        times = rows["climb_A"][rows["phi_dot"] <= float(end)]
+        shown = f"from {short(times.iloc[0])} s to {short(times.iloc[-1])} s at {end} rad/s"
+        parts[name] = trend(times)[0], shown
+    quickest = {name: rows.sort_values(f"climb_{name}").iloc[0] for name in ABC}
+    return statements("falls", parts), {**quickest, "most": greatest(rows, "climb_A")}
 
 
 @claim("SWP-04", control="refuted", peak="0")
@@ -167,47 +133,40 @@ def falls_to_the_left(peak: str = "-2.5", first: str = "0") -> Grounds:
     """t_init falls from phi_dot(0) = 0 towards negative phi_dot(0).
 
     Sec. 2.2: "The initiation time t_{theta≈0} also decreases as phi_dot(0) becomes negative"
-    Definition: t_init in definition A. {HORIZON}
+    Definition: t_init in definition A. {sweeps.HORIZON}
     Note: Left of zero t_init first rises, to {top[t_init_A]:.4g} s at {top[phi_dot]:.4g} rad/s.
     Starts with phi_dot(0) of {lost:.4g} rad/s and less lose contact.
     """
+    parts = {}
+    for start in (first, peak):
+        for contact, which in CONTACTS.items():
+            rows = starts("phi_dot", contact, f"phi_dot <= {start}").iloc[::-1]
+            down, steps = trend(rows["t_init_A"])
+            begin, end = (short(rows["t_init_A"].iloc[row]) for row in (0, -1))
+            at = short(rows["phi_dot"].iloc[-1])
+            shown = f"in {steps}, from {begin} s at {start} rad/s to {end} s at {at} rad/s"
+            parts[f"from {start} rad/s on, {which}"] = down, shown
+    lost = starts("phi_dot", "unilateral", "outcome == 'contact_lost'")["phi_dot"].max()
     top = greatest(starts("phi_dot near the peak", "held"), "t_init_A")
-    every = starts("phi_dot", "unilateral")
-    lost = every[every["outcome"] == "contact_lost"]["phi_dot"].max()
-
-    def check(start: str, contact: str) -> Part:
-        rows = starts("phi_dot", contact)
-        rows = rows[rows["phi_dot"] <= float(start)].iloc[::-1]
-        down, steps = trend(rows["t_init_A"])
-        first, last = (short(rows["t_init_A"].iloc[end]) for end in (0, -1))
-        at = short(rows["phi_dot"].iloc[-1])
-        shown = f"in {steps}, from {first} s at {start} rad/s to {last} s at {at} rad/s"
-        return statement(down, "falls", shown)
-
-    return {
-        f"from {start} rad/s on, {which}": check(start, contact)
-        for start in (first, peak)
-        for contact, which in CONTACTS.items()
-    }, {"top": top, "lost": lost}
+    return statements("falls", parts), {"top": top, "lost": lost}
 
 
-@claim("SWP-05", rule="interpretations", control="refuted", zero="40")  # fmt: skip
+@claim("SWP-05", rule="interpretations", control="refuted", zero="40")
 def longest_at_zero(zero: str = "0") -> Grounds:
     """The longest initiation time of the range belongs to phi_dot(0) of about 0.
 
     Sec. 2.2: "Remarkably the IC with phi_dot(0)≈0 have the longest synchronatisation phase for the
     whole range phi_dot(0) in [-200,200]"
     Definition: "phi_dot(0)≈0": within 5 rad/s of it, a fortieth of the half range. {T_INIT}
-    Note: The peak is sharp and lies next to zero, where t_init_A is {number_1:.4g} s.
+    Note: The peak is sharp and lies next to zero, where t_init_A is {reference[t_init_A]:.4g} s.
     """
     rows = starts(("phi_dot", "phi_dot near the peak"), "through")
     parts = {}
     for definition in ABC:
         peak = greatest(rows, f"t_init_{definition}")
         shown = f"{short(peak[f't_init_{definition}'])} s at {short(peak['phi_dot'])} rad/s"
-        distance = abs(peak["phi_dot"] - float(zero))
-        parts[f"definition {definition}"] = distance <= 5, shown
-    return statements("at about 0", parts), {"number_1": reference_row()["t_init_A"]}
+        parts[f"definition {definition}"] = abs(peak["phi_dot"] - float(zero)) <= 5, shown
+    return statements("at about 0", parts), {"reference": sweeps.reference_row()}
 
 
 @claim("SWP-07", control="partly", series="box")
@@ -215,16 +174,16 @@ def all_invert(series: str = "phi_dot") -> Grounds:
     """Every start with phi_dot(0) in [-200, 200] inverts.
 
     Sec. 2.2, Summary: "Numerical simulations confirm that all such sample solutions invert"
-    Definition: {INVERTS} {HORIZON}
-    Note: But {number_1} lose contact, and the paper's theorem does not cover these starts.
+    Definition: {INVERTS} {sweeps.HORIZON}
+    Note: But {lost} starts lose contact, and the paper's theorem does not cover these starts.
     """
-    return both_ways(series, inverting), {"number_1": losing_contact(series)}
+    return sweeps.both_ways(series, inverting), {"lost": sweeps.losing_contact(series)}
 
 
 def lost_between(low: str, high: str) -> str:
     """Count the starts with phi_dot(0) in a range that lose contact: "0 of 201"."""
-    rows = starts(("phi_dot", "phi_dot near the end"), "unilateral")
-    return counted(rows[rows["phi_dot"].between(float(low), float(high))])
+    series = ("phi_dot", "phi_dot near the end")
+    return sweeps.losing_contact(series, f"{low} <= phi_dot <= {high}")
 
 
 def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
@@ -235,21 +194,20 @@ def trend(column: pandas.Series, sign: int = -1) -> tuple[bool, str]:
 
 def inverting(rows: pandas.DataFrame, how: str = " invert") -> Part:
     """Test for the end of all climbs, in definition A."""
-    return of_all(rows, rows["t_end_A"].notna(), "all invert", how)
+    return sweeps.of_all(rows, rows["t_end_A"].notna(), "all invert", how)
 
 
-@claim("SWP-15", control="partly", upper="0.4")  # fmt: skip
+@claim("SWP-15", control="partly", upper="0.4")
 def flatter_is_calmer(upper: str = "0.1") -> Grounds:
     """Below theta(0) = 0.1 oscillations grow with theta(0).
 
     Sec. 2.2: "decreasing theta(0) below 0.1 reduces oscillations"
     Definition: {RANGES}
-    Note: {number_1} starts lose contact.
+    Note: {lost} starts lose contact.
     """
-    rows, every = starts("theta", "through"), starts("theta", "unilateral")
-    return _wider(rows[rows["theta"] <= float(upper)]), {
-        "number_1": counted(every[every["theta"] <= float(upper)])
-    }
+    query = f"theta <= {upper}"
+    lost = sweeps.losing_contact("theta", query)
+    return statements("grows", _wider(starts("theta", "through", query))), {"lost": lost}
 
 
 @claim("SWP-24", control="refuted", inclinations=FLATTER[::-1])
@@ -265,125 +223,114 @@ def flatter_is_smoother(inclinations: tuple[str, ...] = FLATTER) -> Grounds:
     parts = {}
     for name in ("theta_dot", "nu_x", "nu_y", "g_n"):
         sums = [sum(Run(variant(theta=theta)).rises_and_falls(name)) for theta in inclinations]
-        falls = sum(later < earlier for earlier, later in pairwise(sums))
-        shown = f"falls in {falls} of {len(sums) - 1} steps, from {short(sums[0], 3)} to "
-        parts[name] = falls == len(sums) - 1, shown + short(sums[-1], 3)
+        falls, steps = sum(b < a for a, b in pairwise(sums)), len(sums) - 1
+        shown = f"falls in {falls} of {steps} steps, from {short(sums[0], 3)} to "
+        parts[name] = falls == steps, shown + short(sums[-1], 3)
     return statements("smoother", parts)
 
 
-@claim("SWP-25", control="refuted", upper="0.4")  # fmt: skip
+@claim("SWP-25", control="refuted", upper="0.4")
 def flatter_is_slower(upper: str = "0.1") -> Grounds:
     """Below theta(0) = 0.1 the climbing time falls with theta(0).
 
     Sec. 2.2: "decreasing theta(0) below 0.1 ... increases the climbing time"
     Definition: {CLIMBING_TIMES}
-    Note: From {rows[theta].iloc[0]:.4g} rad on.
+    Note: From {least:.4g} rad on.
     """
-    rows = starts("theta", "through")
-    rows = rows[rows["theta"] <= float(upper)]
-    return _quicker(rows), {"rows": rows}
+    rows = starts("theta", "through", f"theta <= {upper}")
+    return statement(*_quicker(rows)), {"least": rows["theta"].iloc[0]}
 
 
-@claim("SWP-16", control="reproduced", upper="0.13")  # fmt: skip
-def steeper_is_wilder(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Grounds:
+@claim("SWP-16", control="reproduced", upper="0.13")
+def steeper_is_wilder(lower: str = "0.1", upper: str = "0.3") -> Grounds:
     """From theta(0) = 0.1 up, oscillations grow with theta(0).
 
     Sec. 2.2: "Increase of theta(0) makes amplitudes of oscillations larger"
     Definition: {RANGES}
-    Note: Up to 0.3 rad, where the paper's remark on omega_3(0) begins. {number_1}
+    Note: Up to 0.3 rad, where the paper's remark on omega_3(0) begins. Starts from {lost[0]:.4g} to
+    {lost[1]:.4g} rad lose contact.
     """
 
     def check(rows: pandas.DataFrame) -> Part:
-        rows = rows[rows["theta"].between(float(lower), float(upper))]
         parts = _wider(rows)
-        shown = "; ".join(f"{name} {one.measured}" for name, one in parts.items())
-        return statement(
-            all(one.holds for one in parts.values()),
-            "larger amplitudes",
-            f"to {short(rows['theta'].max())} rad: {shown}",
-        )
+        holds = all(up for up, _ in parts.values())
+        shown = "; ".join(f"{name} {measured}" for name, (_, measured) in parts.items())
+        shown = f"to {short(rows['theta'].max())} rad: {shown}"
+        return statement(holds, "larger amplitudes", shown)
 
-    return both_ways("theta", check), {"number_1": _lost_by_inclination()}
+    parts = sweeps.both_ways("theta", check, f"{lower} <= theta <= {upper}")
+    return parts, {"lost": _lost_by_inclination()}
 
 
-@claim("SWP-26", control="reproduced", upper="0.13")  # fmt: skip
-def steeper_is_quicker(lower: str = STEEPER[0], upper: str = STEEPER[1]) -> Grounds:
+@claim("SWP-26", control="reproduced", upper="0.13")
+def steeper_is_quicker(lower: str = "0.1", upper: str = "0.3") -> Grounds:
     """From theta(0) = 0.1 up, the climbing time falls with theta(0).
 
     Sec. 2.2: "Increase of theta(0) ... decreases the climbing time"
     Definition: {CLIMBING_TIMES}
-    Note: {number_1} With g_n < 0 allowed, the climb is quickest from {quick[theta]:.4g} rad, in
-    {quick[climb_A]:.4g} s.
+    Note: Starts from {lost[0]:.4g} to {lost[1]:.4g} rad lose contact. With g_n < 0 allowed, the
+    climb is quickest from {quick[theta]:.4g} rad, in {quick[climb_A]:.4g} s.
     """
-    through = starts("theta", "through")
-    quick = through[through["theta"] <= float(upper)].sort_values("climb_A").iloc[0]
 
     def check(rows: pandas.DataFrame) -> Part:
-        rows = rows[rows["theta"].between(float(lower), float(upper))]
-        one = _quicker(rows)
-        return replace(one, measured=f"to {short(rows['theta'].max())} rad: {one.measured}")
+        down, words, shown = _quicker(rows)
+        return statement(down, words, f"to {short(rows['theta'].max())} rad: {shown}")
 
-    return both_ways("theta", check), {"number_1": _lost_by_inclination(), "quick": quick}
+    parts = sweeps.both_ways("theta", check, f"{lower} <= theta <= {upper}")
+    quick = starts("theta", "through", f"theta <= {upper}").sort_values("climb_A").iloc[0]
+    return parts, {"lost": _lost_by_inclination(), "quick": quick}
 
 
-@claim("SWP-17", control="refuted", beyond="0.02")  # fmt: skip
+@claim("SWP-17", control="refuted", beyond="0.02")
 def inclination_counts(beyond: str = "0.3") -> Grounds:
     """Beyond theta(0) = 0.3 the inclination makes lambda smaller.
 
     Sec. 2.2: "Beyond the angle theta(0)=0.3 the term alpha-cos theta starts to play a role"
     Definition: lambda of the starts that keep omega_3(0)
-    Note: At {beyond} rad lambda is {number_1:.1%} smaller than the reference's.
+    Note: At {beyond} rad lambda is {smaller:.1%} smaller than the reference's.
     """
-    free = starts("theta", "unilateral")
-    ratio = free[free["theta"] >= float(beyond)]["lambda_ratio"]
-    known = reference_row()["lambda_ratio"]
+    ratio = starts("theta", "unilateral", f"theta >= {beyond}")["lambda_ratio"]
+    reference = sweeps.reference_row()["lambda_ratio"]
     shown = f"{short(ratio.iloc[0])} lambda_thres, {short(ratio.iloc[-1])} at 1 rad"
-    return statement(bool((ratio < known).all()), "lambda too small", shown), {
-        "number_1": 1 - ratio.iloc[0] / known
-    }
+    smaller = 1 - ratio.iloc[0] / reference
+    return statement((ratio < reference).all(), "lambda too small", shown), {"smaller": smaller}
 
 
-@claim("SWP-27", control="refuted", beyond="0.02")  # fmt: skip
+@claim("SWP-27", control="refuted", beyond="0.02")
 def more_spin_needed(beyond: str = "0.3") -> Grounds:
     """Beyond theta(0) = 0.3 more spin is needed for the same lambda.
 
     Sec. 2.2: "omega_3(0) has to be increased to keep lambda≈2lambda_thres"
     Definition: omega_3(0) with which the other start values at rest give the reference's lambda
-    Note: At {beyond} rad omega_3(0) has to be {number_1:.1%} higher.
+    Note: At {beyond} rad omega_3(0) has to be {higher:.1%} higher.
     """
-    fixed = starts("theta at lambda", "unilateral")
-    spins = fixed[fixed["theta"] >= float(beyond)]["omega_3"]
-    spin = float(reference_row()["omega_3"])
+    spins = starts("theta at lambda", "unilateral", f"theta >= {beyond}")["omega_3"]
+    spin = float(sweeps.reference_row()["omega_3"])
+    holds = (spins > spin).all() and trend(spins, 1)[0]
     shown = f"{short(spins.iloc[0])} rad/s, {short(spins.iloc[-1])} at 1 rad"
-    holds = bool((spins > spin).all() and (spins.diff().iloc[1:] > 0).all())
-    return statement(holds, "omega_3(0) increased", shown), {"number_1": spins.iloc[0] / spin - 1}
+    return statement(holds, "omega_3(0) increased", shown), {"higher": spins.iloc[0] / spin - 1}
 
 
-def _wider(rows: pandas.DataFrame) -> dict[str, Part]:
+def _wider(rows: pandas.DataFrame) -> dict[str, tuple[bool, str]]:
     """Test whether the ranges of the gliding velocities and of theta_dot grow from row to row."""
-    parts = {}
-    for name in AMPLITUDES:
-        up, steps = trend(width(rows, name), 1)
-        parts[f"range of {name}"] = statement(up, "grows", f"grows in {steps}")
-    return parts
+    trends = {name: trend(sweeps.width(rows, name), 1) for name in AMPLITUDES}
+    return {f"range of {name}": (up, f"grows in {steps}") for name, (up, steps) in trends.items()}
 
 
-def _quicker(rows: pandas.DataFrame) -> Part:
+def _quicker(rows: pandas.DataFrame) -> tuple[bool, str, str]:
     """Test whether the climbing time falls from row to row."""
-    times = rows["climb_A"]
-    down, steps = trend(times)
-    shown = f"falls in {steps}, from {short(times.iloc[0])} s to {short(times.iloc[-1])} s"
-    return statement(down, "falls", shown)
+    down, steps = trend(rows["climb_A"])
+    first, last = (short(rows["climb_A"].iloc[end]) for end in (0, -1))
+    return down, "falls", f"falls in {steps}, from {first} s to {last} s"
 
 
-def _lost_by_inclination() -> str:
-    """The inclinations from which the top loses contact, as a sentence."""
-    every = starts("theta", "unilateral")
-    lost = every[every["outcome"] == "contact_lost"]["theta"]
-    return f"Starts from {short(lost.min())} to {short(lost.max())} rad lose contact."
+def _lost_by_inclination() -> tuple[float, float]:
+    """The least and the largest inclination (rad) from which the top loses contact."""
+    lost = starts("theta", "unilateral", "outcome == 'contact_lost'")["theta"]
+    return lost.min(), lost.max()
 
 
-@claim("SWP-10", control="refuted", series="phi_dot")  # fmt: skip
+@claim("SWP-10", control="refuted", series="phi_dot")
 def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Grounds:
     """Gliding or nodding makes some starts that climb at once need a synchronisation phase.
 
@@ -391,19 +338,17 @@ def synchronisation_reappears(series: str = "box", beyond: str = "83.13") -> Gro
     may reappear"
     Definition: Definition A: starts of the box with phi_dot(0) > 83.13 rad/s, which without gliding
     and nodding have none, and t_init > 0
-    Note: {number_1} starts in which it reappears lose contact.
+    Note: {lost} starts in which it reappears lose contact.
     """
 
     def check(rows: pandas.DataFrame) -> Part:
-        some = rows[rows["phi_dot"] > float(beyond)]
-        count = int((some["t_init_A"] > 0).sum())
-        return statement(count > 0, "may reappear", f"in {count} of {len(some)} starts")
+        count = int((rows["t_init_A"] > 0).sum())
+        return statement(count > 0, "may reappear", f"in {count} of {len(rows)} starts")
 
-    every = starts(series, "unilateral")
-    through = starts(series, "through")
-    waiting = through[(through["phi_dot"] > float(beyond)) & (through["t_init_A"] > 0)]
-    again = every[every["index"].isin(waiting["index"])]
-    return both_ways(series, check), {"number_1": counted(again)}
+    query = f"phi_dot > {beyond}"
+    waiting = list(starts(series, "through", f"{query} and t_init_A > 0")["index"])
+    lost = sweeps.losing_contact(series, f"index in {waiting}")
+    return sweeps.both_ways(series, check, query), {"lost": lost}
 
 
 @claim("SWP-11", control="refuted", limit="6")
@@ -411,18 +356,17 @@ def climb_stays_short(limit: str = "8") -> Grounds:
     """The climb takes less than 7 to 8 s.
 
     Sec. 2.2: "the climbing time remains below 7-8 s"
-    Definition: t_end - t_init in definition A, of the starts that invert. {TESTED} {HORIZON}
+    Definition: t_end - t_init in definition A, of the starts that invert. {TESTED} {sweeps.HORIZON}
     Note: The longest climb that ends within the horizon starts with {start}.
     """
 
     def check(rows: pandas.DataFrame) -> Part:
-        longest = greatest(rows, "climb_A")["climb_A"]
-        shown = f"up to {short(longest)} s"
-        return statement(longest < float(limit), f"below {limit} s", shown)
+        longest = rows["climb_A"].max()
+        return statement(longest < float(limit), f"below {limit} s", f"up to {short(longest)} s")
 
     longest = greatest(starts(EVERY, "through"), "climb_A")
-    start = ", ".join(f"{name}(0) = {short(longest[name], 3)}" for name in ("phi_dot", *ALONE))
-    return both_ways(EVERY, check), {"start": start}
+    start = tuple(f"{name}(0) = {short(longest[name], 3)}" for name in ("phi_dot", *ALONE))
+    return sweeps.both_ways(EVERY, check), {"start": start}
 
 
 @claim("SWP-12", control="untestable", series=("theta",))
@@ -430,14 +374,12 @@ def still_inverts(series: tuple[str, ...] = EVERY) -> Grounds:
     """All these starts invert.
 
     Sec. 2.2, Summary: "the main qualitative features of inverting remain intact"
-    Definition: {INVERTS} {TESTED} {HORIZON}
-    Note: {number_1} lose contact; without these {number_2} invert. The paper's theorem does not
+    Definition: {INVERTS} {TESTED} {sweeps.HORIZON}
+    Note: {lost} starts lose contact; without these {climbed} invert. The paper's theorem does not
     cover a start that loses contact.
     """
-    return both_ways(series, partial(inverting, how="")), {
-        "number_1": losing_contact(series),
-        "number_2": climbed(starts(series, "held")),
-    }
+    numbers = {"lost": sweeps.losing_contact(series), "climbed": sweeps.climbed(series, "held")}
+    return sweeps.both_ways(series, partial(inverting, how="")), numbers
 
 
 @claim("SWP-13", control="reproduced", factor="5")
@@ -447,25 +389,24 @@ def stays_in_the_range(factor: str = "1") -> Grounds:
     Sec. 2.2: "oscillate strongly with amplitudes staying within the same maximal range variability
     nu_x in [-0.3,0.3], nu_y in [-0.8,0.8] and theta_dot in [-15,15]"
     Definition: Each range is the wider one of the printed and the reference solution's own.
-    {TESTED} {HORIZON}
+    {TESTED} {sweeps.HORIZON}
     Note: The reference solution itself has nu_y up to {own[max_nu_y]:.3g} m/s, nu_x within
     [{own[min_nu_x]:.3g}, {own[max_nu_x]:.3g}] m/s and theta_dot within [{own[min_theta_dot]:.3g},
     {own[max_theta_dot]:.3g}] rad/s.
     """
-    reference = reference_row()
+    own = sweeps.reference_row()
 
     def check(rows: pandas.DataFrame) -> Part:
-        inside = rows["index"] >= 0
-        largest = []
+        inside, largest = rows["index"] >= 0, []
         for name, limit in LIMITS.items():
-            size = rows[[f"min_{name}", f"max_{name}"]].abs().max(axis=1)
-            own = reference[[f"min_{name}", f"max_{name}"]].abs().max()
-            inside &= size <= max(float(limit), own) * float(factor)
+            ends = [f"min_{name}", f"max_{name}"]
+            size = rows[ends].abs().max(axis=1)
+            inside &= size <= max(float(limit), own[ends].abs().max()) * float(factor)
             largest.append(f"{name} up to {short(size.max(), 3)}")
         shown = f"{inside.sum()} of {len(rows)} starts; {', '.join(largest)}"
-        return statement(bool(inside.all()), "within the range", shown)
+        return statement(inside.all(), "within the range", shown)
 
-    return both_ways(EVERY, check), {"own": reference}
+    return sweeps.both_ways(EVERY, check), {"own": own}
 
 
 @claim("SWP-14", control="refuted", tolerance="0.01")
@@ -475,22 +416,22 @@ def small_changes(tolerance: str = "0.1") -> Grounds:
     Sec. 2.2: "Small perturbations not exceeding 10 % of the range of variability ... do not change
     much the parameters and behaviour of inverting solutions"
     Definition: "Not much": at most 10 %, as much as was perturbed. 512 starts within a tenth of the
-    three ranges, phi_dot(0) = 0; definition A. {HORIZON}
-    Note: {number_1} starts invert. The initiation time has a sharp peak next to the reference start
+    three ranges, phi_dot(0) = 0; definition A. {sweeps.HORIZON}
+    Note: {climbed} starts invert. The initiation time has a sharp peak next to the reference start
     (SWP-05).
     """
-    known = reference_row()
-    parts = {}
+    reference, parts = sweeps.reference_row(), {}
     for contact, which in CONTACTS.items():
         rows = starts("tenth", contact)
         for name, what in (("climb_A", "climbing time"), ("t_init_A", "initiation time")):
             # NaN, and so no small change, where a start has no such time
-            change = float((rows[name] / known[name] - 1).abs().max(skipna=False))
-            parts[f"{what}, {which}"] = change <= float(tolerance), f"by up to {percent(change)}"
-    return statements("not much", parts), {"number_1": climbed(starts("tenth", "through"))}
+            change = float((rows[name] / reference[name] - 1).abs().max(skipna=False))
+            shown = f"by up to {100 * change:.1f} %"
+            parts[f"{what}, {which}"] = change <= float(tolerance), shown
+    return statements("not much", parts), {"climbed": sweeps.climbed("tenth", "through")}
 
 
-@claim("SWP-08", control="refuted", starts=("0", "50"))  # fmt: skip
+@claim("SWP-08", control="refuted", starts=("0", "50"))
 def very_smooth(starts: tuple[str, ...] = ENDS) -> Grounds:
     """With phi_dot(0) in [195, 200] all dynamical variables oscillate very little.
 
@@ -503,60 +444,54 @@ def very_smooth(starts: tuple[str, ...] = ENDS) -> Grounds:
     runs = [Run(variant(phi_dot=phi_dot)) for phi_dot in starts]
     parts = {}
     for name in EulerState._fields:
-        own = REFERENCE.oscillation(name)[0]
-        share = max(run.oscillation(name)[0] for run in runs) / own
+        share = max(run.oscillation(name)[0] for run in runs) / REFERENCE.oscillation(name)[0]
         parts[name] = share < 1 / 3, f"at most {short(share, 2)} of the reference's"
     return statements("very small", parts)
 
 
-@claim("SWP-09", control="refuted", theta="0.1")  # fmt: skip
+@claim("SWP-09", control="refuted", theta="0.1")
 def even_smoother(theta: str = "0.01") -> Grounds:
     """With theta(0) = 0.01 these solutions are smoother still.
 
     Sec. 2.2: "Solutions with phi_dot(0) in [195,200] become even more smooth when theta(0)=0.01"
     Definition: Smoother: the ranges of nu_x, nu_y and theta_dot along the trajectory are smaller
     than those with theta(0) = 0.1 and the same phi_dot(0)
-    Note: {number_1} starts lose contact.
+    Note: {lost} starts lose contact.
     """
-    rows, others = _smooth_rows(theta), _smooth_rows("0.1")
+    series = "phi_dot, smooth"
+    rows, others = (
+        starts(series, "held", f"theta == {angle}").reset_index(drop=True)
+        for angle in (theta, "0.1")
+    )
     parts = {}
     for name in AMPLITUDES:
-        shares = width(rows, name) / width(others, name)
+        shares = sweeps.width(rows, name) / sweeps.width(others, name)
         shown = f"{short(shares.min(), 3)} to {short(shares.max(), 3)} of that at 0.1 rad"
-        parts[f"range of {name}"] = bool((shares < 1).all()), shown
-    lost = starts(SMOOTH, "unilateral")
-    lost = lost[lost["theta"] == float(theta)]
-    return statements("smaller", parts), {"number_1": counted(lost)}
+        parts[f"range of {name}"] = (shares < 1).all(), shown
+    lost = sweeps.losing_contact(series, f"theta == {theta}")
+    return statements("smaller", parts), {"lost": lost}
 
 
-def _smooth_rows(theta: str) -> pandas.DataFrame:
-    rows = starts(SMOOTH, "held")
-    return rows[rows["theta"] == float(theta)].reset_index(drop=True)
-
-
-@claim("SWP-06", control="refuted", close="0.01")  # fmt: skip
+@claim("SWP-06", control="refuted", close="0.01")
 def longest_where_energy_is_least(close: str = CLOSE) -> Grounds:
     """The energy is close to its minimum where the synchronisation phase is longest.
 
     Sec. 2.2, Summary: "It may be related to the fact that the total energy is close to its minimal
     value when lambda=2lambda_thres is kept fixed"
     Definition: {AMONG}
-    Note: At fixed lambda it is {number_1:.4g} J at phi_dot(0) = 0 and {number_2:.4g} J at 200
-    rad/s, where there is no synchronisation phase: closeness to the minimum does not make the phase
-    long.
+    Note: At fixed lambda it is {still:.4g} J at phi_dot(0) = 0 and {turning:.4g} J at 200 rad/s,
+    where there is no synchronisation phase: closeness to the minimum does not make the phase long.
     """
     where, least = least_energy()
-    peak = starts("phi_dot near the peak", "held")
-    longest = float(greatest(peak, "t_init_A")["phi_dot"])
+    longest = float(greatest(starts("phi_dot near the peak", "held"), "t_init_A")["phi_dot"])
     shown = f"t_init is longest at {short(longest)} rad/s, the energy least at {short(where)} rad/s"
-    there = statement(abs(where - longest) <= 5, "related", shown)
     return {
         "the energy is close to its minimum": closeness(close, least),
-        "the energy is least there": there,
-    }, {"number_1": _energy("0"), "number_2": _energy("200")}
+        "the energy is least there": statement(abs(where - longest) <= 5, "related", shown),
+    }, {"still": _energy("0"), "turning": _energy("200")}
 
 
-@claim("SWP-18", control="partly", names=("theta_dot", "nu_x", "nu_y", "phi_dot"))  # fmt: skip
+@claim("SWP-18", control="partly", names=("theta_dot", "nu_x", "nu_y", "phi_dot"))
 def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -> Grounds:
     """lambda does not depend on theta_dot, nu_x and nu_y.
 
@@ -564,19 +499,19 @@ def lambda_depends_not(names: tuple[str, ...] = ("theta_dot", "nu_x", "nu_y")) -
     Definition: Derivatives of -L.a by the start values, with symbols for all of them
     Note: Differentiated symbolically; lambda depends only on theta, phi_dot and omega_3.
     """
-
-    def check(name: str) -> Part:
-        slope = quantity("lambda").diff(chart().symbol[name])
-        return statement(slope == 0, "0", str(slope), proved=True)
-
-    return {f"d lambda/d {name}": check(name) for name in names}
+    symbols, function = formulas.chart().symbol, formulas.quantity("lambda")
+    slopes = {name: function.diff(symbols[name]) for name in names}
+    return {
+        f"d lambda/d {name}": statement(slope == 0, "0", str(slope), proved=True)
+        for name, slope in slopes.items()
+    }
 
 
 def closeness(close: str, least: float) -> Part:
     """Test for a reference energy at most the fraction ``close`` above ``least``."""
     energy = _energy("0")
     above = energy / least - 1
-    shown = f"{short(energy)} J, {percent(above)} above {short(least)} J"
+    shown = f"{short(energy)} J, {100 * above:.1f} % above {short(least)} J"
     return statement(above <= float(close), "close to minimal", shown)
 
 

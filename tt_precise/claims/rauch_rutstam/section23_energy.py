@@ -30,8 +30,8 @@ from tt_precise.runtime.values import Scalar
 
 claim = claims_of("2.3")
 CHANGES = MANY + 1  # Least number of changes of sign of an oscillating rate.
-START = "closed form in the start values"
-AT_8_S, AT_0_S, THEORY = "0.005106", "0.002755", "1.8571"
+AT_8_S, AT_0_S = "0.005106", "0.002755"
+QUOTIENT = Fraction(AT_8_S) / Fraction(AT_0_S)
 PARTS = ("E_trans", "E_rot", "E_pot")
 CLOSED = "1e-9"  # A difference below this share of E(0) is rounding.
 TRANSLATIONAL = (
@@ -63,12 +63,10 @@ def translational_energy_at_the_start(printed: str = "0.34", run: Run = REFERENC
     """The translational energy at the start is about 0.34 of the potential energy there.
 
     Sec. 2.3: "is initially small, about 0.34E_pot(t=0)"
-    Definition: E_trans(0)/E_pot(0) of the reference solution: {START}
-    Note: m (R sin(0.1) omega_3)^2/2 over m g R (1 - alpha cos(0.1)): {ratio.value:2}, when rounded.
+    Definition: E_trans(0)/E_pot(0) of the reference solution: closed form in the start values
+    Note: m (R sin(0.1) omega_3)^2/2 over m g R (1 - alpha cos(0.1)): {ratio:2}, when rounded.
     """
-    ratio = run.confirm(
-        lambda solution: exact(solution, "E_trans", "0")[0] / exact(solution, "E_pot", "0")[0]
-    )
+    ratio = run.confirm(lambda run: exact(run, "E_trans", "0")[0] / exact(run, "E_pot", "0")[0])
     return part.about(printed, ratio), {"ratio": ratio}
 
 
@@ -100,22 +98,20 @@ def ratio_of_potential_energies(printed: str = "1.8534", run: Run = REFERENCE) -
     Note: The quotient of the printed energies is right, but its fourth decimal comes from their
     rounding, not from the solution.
     """
-    quotient = part.rounds_to(printed, Fraction(AT_8_S) / Fraction(AT_0_S))
     return {
         "ratio of the energies": part.rounds_to(printed, _ratio(run)),
-        "quotient of the two rounded numbers": quotient,
+        "quotient of the two rounded numbers": part.rounds_to(printed, QUOTIENT),
     }
 
 
 @claim("NUM-23", control="refuted", printed="1.8572")
-def theoretical_ratio(printed: str = THEORY, alpha: str = "0.3") -> Grounds:
+def theoretical_ratio(printed: str = "1.8571", alpha: str = "0.3") -> Grounds:
     """In theory E_pot grows by the factor (1 + alpha)/(1 - alpha).
 
     Sec. 2.3: "1.3/0.7=1.8571"
     Note: (1 + alpha)/(1 - alpha) = 13/7 at alpha = 3/10: m, g, R cancel.
     """
-    exact = (1 + Fraction(alpha)) / (1 - Fraction(alpha))
-    return part.rounds_to(printed, exact)
+    return part.rounds_to(printed, (1 + Fraction(alpha)) / (1 - Fraction(alpha)))
 
 
 @claim("NUM-24", rule="interpretations", control="refuted", printed="0.1")
@@ -130,14 +126,12 @@ def difference_of_the_ratios(printed: str = "0.2", run: Run = REFERENCE) -> Grou
     def off(ratio: Scalar) -> Scalar:
         return 100 * (1 - ratio * 7 / 13)
 
-    known = _ratio(run).enclosure
-    ends = known and (off(known[1]), off(known[0]))  # it falls as the ratio grows
-    difference = run.confirm(lambda solution: off(_last_over_first(solution))).within(ends)
+    enclosure = _ratio(run).enclosure
+    ends = enclosure and (off(enclosure[1]), off(enclosure[0]))  # it falls as the ratio grows
+    difference = run.confirm(lambda run: off(_last_over_first(run))).within(ends)
     return {
         "difference of the solution's ratio": part.rounds_to(printed, difference, "%"),
-        "difference of the printed ratio": part.rounds_to(
-            printed, off(Fraction(AT_8_S) / Fraction(AT_0_S)), "%"
-        ),
+        "difference of the printed ratio": part.rounds_to(printed, off(QUOTIENT), "%"),
     }
 
 
@@ -147,8 +141,8 @@ def _ratio(run: Run) -> Value:
     return run.confirm(_last_over_first).within(last / first if first and last else None)
 
 
-def _last_over_first(solution: Trajectory) -> Scalar:
-    first, last = exact(solution, "E_pot", "0", "8")
+def _last_over_first(run: Trajectory) -> Scalar:
+    first, last = exact(run, "E_pot", "0", "8")
     return last / first
 
 
@@ -159,11 +153,11 @@ def symmetry_of_inertia(factor: int = 1) -> Grounds:
     Sec. 2.3: "the equality omega_dot.L=omega.L_dot"
     Note: Both are half the derivative of omega.L. EQ-48 judges the reason.
     """
-    q, rates = motion(), vector_rates()
-    L_dot = (rates.Lx, rates.Ly, rates.Lz)
-    # (omega.L)_dot = 2 (E_rot)_dot, so omega_dot.L is what L_dot leaves of it
-    omega_dot_L = 2 * rate_of("E_rot") - dot(q.omega, L_dot)
-    return equal(factor * omega_dot_L, dot(q.omega, L_dot), "dot(omega_dot, L) = dot(omega, L_dot)")
+    rates = vector_rates()
+    right = dot(motion().omega, (rates.Lx, rates.Ly, rates.Lz))
+    # (omega.L)_dot = 2 (E_rot)_dot, so omega_dot.L is what omega.L_dot leaves of it
+    left = factor * (2 * rate_of("E_rot") - right)
+    return equal(left, right, "dot(omega_dot, L) = dot(omega, L_dot)")
 
 
 @claim("EQ-48", control="reproduced", equality="L_dot.3=I3 omega_dot.3")
@@ -181,10 +175,9 @@ def symmetry_as_the_reason(equality: str = "omega_dot.L=omega.L_dot") -> Grounds
 
     def holds(*moments: Scalar) -> bool:
         inertia = sympy.diag(*moments)
-        L = inertia * omega
-        L_dot = inertia * omega_dot + omega.cross(L)
+        L_dot = inertia * omega_dot + omega.cross(inertia * omega)
         difference = {
-            "omega_dot.L=omega.L_dot": omega_dot.dot(L) - omega.dot(L_dot),
+            "omega_dot.L=omega.L_dot": omega_dot.dot(inertia * omega) - omega.dot(L_dot),
             "L_dot.3=I3 omega_dot.3": L_dot[2] - C * omega_dot[2],
         }[equality]
         return bool(sympy.expand(difference) == 0)
@@ -210,8 +203,7 @@ def estimate_of_the_difference(factor: float = 2, run: Run = REFERENCE) -> Groun
     length = (2 / mass * (climb["E_tilde"] - climb["E_pot"] - climb["E_rot"])) ** 0.5
     truth = climb["E_tilde"] - climb["E"]
     estimate = mass / 2 * (climb["nu_y"] * (factor * length - climb["nu_y"]) - climb["nu_x"] ** 2)
-    error = float(((estimate - truth) ** 2).mean() ** 0.5)
-    scale = float((truth**2).mean() ** 0.5)
+    error, scale = (float((x**2).mean() ** 0.5) for x in (estimate - truth, truth))
     return part.approximate("approximately equal", error, scale, "relative error")
 
 
@@ -224,23 +216,21 @@ def length_of_omega_cross_a(printed: str = "absolute_a*sin(theta)") -> Grounds:
     Note: theta is the angle between z and 3, not between omega and a. With a = R(alpha 3 - z) the
     part along omega drops out; |a| is between R(1 - alpha) and R(1 + alpha).
     """
-    symbols, q = chart(), motion()
-    spin = (0, 0, symbols.state.phi_dot)
-    truth = dot(cross(spin, q.a), cross(spin, q.a)) / symbols.state.phi_dot**2
-    correct = "R*alpha*sin(theta)"
+    a, phi_dot = motion().a, chart().state.phi_dot
+    product = cross((0, 0, phi_dot), a)
+    length_squared = dot(product, product) / phi_dot**2
 
-    def squared(text: str) -> Part:
+    def compare(text: str) -> Part:
         # |a| is a root, not a rational function of the symbols: |a|^2 stands for it twice
-        factor = parse(text.replace("absolute_a*", ""))
-        times = dot(q.a, q.a) if "absolute_a" in text else 1
+        square = parse(text.replace("absolute_a*", "")) ** 2
+        square *= dot(a, a) if "absolute_a" in text else 1
         shown = f"abs(cross(omega, a)) = abs(omega)*{text.replace('absolute_a', 'abs(a)')}"
-        one = equal(factor**2 * times, truth, shown)
-        measured = one.measured.replace("off by", "squares off by")
-        return replace(
-            one, measured=measured.replace("and state", "and state with omega parallel to z")
-        )
+        judged = equal(square, length_squared, shown)
+        measured = judged.measured.replace("off by", "squares off by")
+        measured = measured.replace("and state", "and state with omega parallel to z")
+        return replace(judged, measured=measured)
 
-    return part.misprint(squared, printed, correct)
+    return part.misprint(compare, printed, "R*alpha*sin(theta)")
 
 
 @claim("EQ-43", rule="misprint", control="reproduced", printed="2*abs(cross(omega, a))*y_hat")
@@ -251,17 +241,15 @@ def vector_in_the_bracket(printed: str = "2*cross(omega, a)*y_hat") -> Grounds:
     Definition: for omega parallel to z, which the paper assumes there; the bracket must be a vector
     Note: With omega along z, omega x a points along y. Its length stands in eq (25).
     """
-    symbols, q = chart(), motion()
-    turned = cross((0, 0, symbols.state.phi_dot), q.a)
+    turned = cross((0, 0, chart().state.phi_dot), motion().a)
     along_y = equal_vectors(turned, (0 * turned[0], turned[1], 0 * turned[2]), "")
-    correct = "2*abs(cross(omega, a))*y_hat"
 
-    def vector(text: str) -> Part:
+    def compare(text: str) -> Part:
         is_vector = "abs(" in text
-        what = "a vector along y_hat" if is_vector else "a product of two vectors is no vector"
-        return part.formula(is_vector and bool(along_y.holds), text, what, proved=True)
+        shown = "a vector along y_hat" if is_vector else "a product of two vectors is no vector"
+        return part.formula(is_vector and bool(along_y.holds), text, shown, proved=True)
 
-    return part.misprint(vector, printed, correct)
+    return part.misprint(compare, printed, "2*abs(cross(omega, a))*y_hat")
 
 
 @claim("FIG-01", control="refuted", names=("E_trans", "E_rot"))
@@ -273,17 +261,13 @@ def sum_of_the_energy(names: tuple[str, ...] = PARTS, run: Run = REFERENCE) -> G
     (the integral of mu g_n v_A^2, Gauss's rule between extrema)
     Note: The work of friction is computed from the contact force alone, not from the parts.
     """
-    span = run.whole
-    columns = run.columns(("E", *names), list(span))
+    columns = run.columns(("E", *names), list(run.whole))
     first, last = sum(columns[name] for name in names)
-    energy = columns["E"][0]
-    work = run.mean("E_dot", span) * span.length
+    energy, work = columns["E"][0], run.mean("E_dot") * run.whole.length
     off = abs(last - (energy + work)) / energy + abs(first / energy - 1)
-    shown = (
-        f"off by {'less' if off < float(CLOSED) else 'more'} than {CLOSED} E(0) from E(0) "
-        "minus the work of friction"
-    )
-    return statement(off < float(CLOSED), "parts add up to E", shown)
+    closed = off < float(CLOSED)
+    shown = f"off by {'less' if closed else 'more'} than {CLOSED} E(0) from E(0) minus the work of "
+    return statement(closed, "parts add up to E", f"{shown}friction")
 
 
 @claim("FIG-20", finding="EQ-06", control="refuted", name="E_rot")
@@ -295,9 +279,10 @@ def falling_energy(name: str = "E", run: Run = REFERENCE) -> Grounds:
     Note: Section 1 has the same statement (EQ-06).
     """
     rise, fall = run.rises_and_falls(name)
-    risen = f"rises by {decimal(rise, 3)} J" if rise else "never rises"
-    shown = f"falls by {decimal(fall, 12)} J, and {risen}"
-    return statement(rise == 0 and not run.zeros(f"{name}_dot"), "monotonically decreasing", shown)
+    falls = rise == 0 and not run.zeros(f"{name}_dot")
+    shown = f"falls by {decimal(fall, 12)} J, and "
+    shown += f"rises by {decimal(rise, 3)} J" if rise else "never rises"
+    return statement(falls, "monotonically decreasing", shown)
 
 
 @claim("FIG-02", rule="interpretations", control="refuted", name="E_rot")
@@ -311,17 +296,16 @@ def potential_energy_increases(name: str = "E_pot", run: Run = REFERENCE) -> Gro
     """
     first, last = run.column(name, run.whole)
     _, fall = run.rises_and_falls(name)
-    averages = [run.mean(name, span) for span in run.nutations(run.climb)]
-    falling = sum(b < a for a, b in pairwise(averages))
+    steps = list(pairwise(run.mean(name, span) for span in run.nutations(run.climb)))
+    down = sum(b < a for a, b in steps)
     parts = {
-        "from start to end": (
-            last > first, f"from {decimal(first, 6)} to {decimal(last, 6)} J"
-        ),
+        "from start to end": (last > first, f"from {decimal(first, 6)} to {decimal(last, 6)} J"),
         "in the climb, averaged over each nutation": (
-            falling == 0 and len(averages) > 1, f"falls {falling} of {len(averages) - 1} times"
+            down == 0 and bool(steps),
+            f"falls {down} of {len(steps)} times",
         ),
         "at every instant": (fall == 0, f"all falls sum up to {decimal(fall, 4)} J"),
-    }  # fmt: skip
+    }
     return statements("increases", parts)
 
 
@@ -337,13 +321,14 @@ def invisible_oscillations(name: str = "", run: Run = REFERENCE) -> Grounds:
     Note: They are largest at {when}, in this order.
     """
     height = run.value("E", 0.0)
-    parts, when = {}, []
-    for one in (name,) if name else PARTS:
-        swing, t = run.oscillation(one)
-        share = swing / height
-        parts[one] = share < 0.01, f"swings of at most {100 * share:.2f} % of the height"
-        when.append(f"{decimal(t, 3)} s")
-    return statements("not seen", parts), {"when": tuple(when)}
+    swings = {each: run.oscillation(each) for each in ((name,) if name else PARTS)}
+    shares = {each: swing / height for each, (swing, _) in swings.items()}
+    parts = {
+        each: (share < 0.01, f"swings of at most {100 * share:.2f} % of the height")
+        for each, share in shares.items()
+    }
+    when = tuple(f"{decimal(t, 3)} s" for _, t in swings.values())
+    return statements("not seen", parts), {"when": when}
 
 
 @claim("FIG-18", control="partly", names=("E_dot", "E_rot_dot"))
@@ -368,14 +353,12 @@ def translational_energy_vanishes(name: str = "E_trans", run: Run = REFERENCE) -
 
     Sec. 2.3: "it goes to zero as TT inverts"
     Definition: E_trans at 8 s against E_trans(0); goes to zero: below 1 % of it
-    Note: It does not fall monotonically: in the climb it oscillates up to {number_1:3} J.
+    Note: It does not fall monotonically: in the climb it oscillates up to {most:3} J.
     """
-    last = run.at(name, "8")
+    last, most = run.at(name, "8"), run.extremum(name, largest=True, span=run.climb)[1]
     share = float(last.value / run.at(name, "0").value)
     shown = f"{last} J at 8 s, {decimal(share, 2)} of its first value"
-    return statement(share < 0.01, "goes to zero", shown), {
-        "number_1": run.extrema(name, run.climb)[1].max()
-    }
+    return statement(share < 0.01, "goes to zero", shown), {"most": most}
 
 
 @claim("FIG-05", control="refuted", name="E_pot")
@@ -389,13 +372,12 @@ def rotational_energy_is_the_greatest(name: str = "E_rot", run: Run = REFERENCE)
     Note: Until then it has lost {lost:.0%} of its first value.
     """
     least = run.extreme(name, largest=False)
-    largest = {one: run.extreme(one, largest=True) for one in PARTS if one != name}
-    shown = ", ".join(f"{one} {value} J" for one, value in largest.items())
+    largest = {each: run.extreme(each, largest=True) for each in PARTS if each != name}
+    shown = ", ".join(f"{each} {value} J" for each, value in largest.items())
+    shown = f"least {name} {least} J; largest {shown}"
+    greatest = float(least) > sum(map(float, largest.values()))
     lost = 1 - float(least) / run.value(name, 0.0)
-    holds = float(least) > sum(map(float, largest.values()))
-    return statement(
-        holds, f"{name} is the greatest part", f"least {name} {least} J; largest {shown}"
-    ), {"lost": lost}
+    return statement(greatest, f"{name} is the greatest part", shown), {"lost": lost}
 
 
 @claim("FIG-06", control="refuted", moment="5.5")
@@ -407,30 +389,21 @@ def vanishing_rate(moment: str = "", run: Run = REFERENCE) -> Grounds:
     Definition: the largest of the local extrema of E_dot (events) within 0.2 s of t_init,
     definition A, against the deepest there, and |v_A| at that instant against its largest value
     there; close to zero: below 1 %
-    Note: |v_A| has a minimum in each nutation; the deepest of them comes {number_1:2} s after
-    t_init.
+    Note: |v_A| has a minimum in each nutation; the deepest of them comes {later:2} s after t_init.
     """
     centre = float(moment) if moment else run.climb.begin
     span = Span(centre - 0.2, centre + 0.2)
-    times, rates = run.extrema("E_dot", span)
-    best, peak = int(rates.argmax()), rates.min()
-    names = ("nu_x", "nu_y", "gliding_speed")
-    nu_x, nu_y, speed = (run.value(name, times[best]) for name in names)
-    fastest = run.extrema("gliding_speed", span)[1].max()
+    t, rate = run.extremum("E_dot", largest=True, span=span)
+    _, peak = run.extremum("E_dot", largest=False, span=span)
+    _, fastest = run.extremum("gliding_speed", largest=True, span=span)
+    nu_x, nu_y, speed = (run.value(name, t) for name in ("nu_x", "nu_y", "gliding_speed"))
+    power = f"{decimal(rate, 3)} W at {decimal(t, 5)} s, against peaks of {decimal(peak, 3)} W"
+    gliding = f"nu_x = {decimal(nu_x, 2)}, nu_y = {decimal(nu_y, 2)} m/s there, against "
+    gliding += f"speeds up to {decimal(fastest, 3)} m/s"
     return {
-        "E_dot": statement(
-            abs(rates[best]) < 0.01 * abs(peak),
-            "close to zero",
-            f"{decimal(rates[best], 3)} W at {decimal(times[best], 5)} s, against peaks of "
-            f"{decimal(peak, 3)} W",
-        ),
-        "gliding velocity": statement(
-            speed < 0.01 * fastest,
-            "both close to zero",
-            f"nu_x = {decimal(nu_x, 2)}, nu_y = {decimal(nu_y, 2)} m/s there, against "
-            f"speeds up to {decimal(fastest, 3)} m/s",
-        ),
-    }, {"number_1": times[best] - centre}
+        "E_dot": statement(abs(rate) < 0.01 * abs(peak), "close to zero", power),
+        "gliding velocity": statement(speed < 0.01 * fastest, "both close to zero", gliding),
+    }, {"later": t - centre}
 
 
 @claim("FIG-07", control="reproduced", name="E_rot_dot")
@@ -440,15 +413,12 @@ def sign_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFEREN
     Sec. 2.3, Fig. 5: "The graph of E_trans_dot is predominantly negative"
     Definition: part of the time with a negative value (zeros between extrema found as events);
     predominantly: two thirds of the climb at least
-    Note: The description fits E_rot_dot, which is negative for {number_1:.1%} of the climb.
+    Note: The description fits E_rot_dot, which is negative for {rotational:.1%} of the climb.
     """
-    climb = run.climb
-    shares = [run.share_below_zero(name, span) for span in (run.whole, climb)]
-    return statement(
-        shares[1] > 2 / 3,
-        "predominantly negative",
-        f"negative for {100 * shares[0]:.1f} % of the time, {100 * shares[1]:.1f} % of the climb",
-    ), {"number_1": run.share_below_zero("E_rot_dot", climb)}
+    whole, climb = (run.share_below_zero(name, span) for span in (run.whole, run.climb))
+    shown = f"negative for {100 * whole:.1f} % of the time, {100 * climb:.1f} % of the climb"
+    rotational = run.share_below_zero("E_rot_dot", run.climb)
+    return statement(climb > 2 / 3, "predominantly negative", shown), {"rotational": rotational}
 
 
 @claim("FIG-19", control="reproduced", name="E_rot_dot")
@@ -457,12 +427,13 @@ def shape_of_the_translational_rate(name: str = "E_trans_dot", run: Run = REFERE
 
     Sec. 2.3, Fig. 5: "and has general shape similar to E_dot(t)"
     Definition: correlation with E_dot over 0..8 s; similar: above 0.7
-    Note: The description fits E_rot_dot, whose correlation is {number_1:.2f}.
+    Note: The description fits E_rot_dot, whose correlation is {rotational:.2f}.
     """
-    alike = _correlation(name, run)
-    return statement(alike > 0.7, "similar to E_dot", f"correlation {alike:.2f}"), {
-        "number_1": _correlation("E_rot_dot", run)
-    }
+    times = numpy.arange(0.0, run.whole.end, 5e-4)
+    columns = [run.column(each, times) for each in (name, "E_rot_dot", "E_dot")]
+    alike, rotational = numpy.corrcoef(columns)[:2, 2]
+    shown = f"correlation {alike:.2f}"
+    return statement(alike > 0.7, "similar to E_dot", shown), {"rotational": rotational}
 
 
 @claim("FIG-08", control="refuted", from_=("E_trans", "E_pot"))
@@ -475,22 +446,14 @@ def where_the_energy_comes_from(
     components"
     Definition: differences between 8 s and 0, relative to the loss of E; comes from: a tenth of it
     or more
-    Note: Of {lost[E]:5} J lost: {shown}. A negative share is a gain.
+    Note: Of {lost:5} J lost: {shares}. A negative share is a gain.
     """
     ends = run.columns(("E", *PARTS), list(run.whole))
-    lost = {name: float(first - last) for name, (first, last) in ends.items()}
-    share = {name: lost[name] / lost["E"] for name in PARTS}
-    shown = ", ".join(f"{name} {100 * value:.1f} %" for name, value in share.items())
-    return {
-        name: statement(share[name] > 0.1, "most of it from both", f"{100 * share[name]:.1f} %")
-        for name in from_
-    }, {"lost": lost, "shown": shown}
-
-
-def _correlation(name: str, run: Run) -> float:
-    times = list(numpy.arange(0.0, run.whole.end, 5e-4))
-    columns = run.columns([name, "E_dot"], times)
-    return float(numpy.corrcoef(columns[name], columns["E_dot"])[0, 1])
+    lost, *changes = (float(-numpy.diff(ends[name])[0]) for name in ("E", *PARTS))
+    share = {name: change / lost for name, change in zip(PARTS, changes, strict=True)}
+    parts = {name: (share[name] > 0.1, f"{100 * share[name]:.1f} %") for name in from_}
+    shares = tuple(f"{name} {100 * value:.1f} %" for name, value in share.items())
+    return statements("most of it from both", parts), {"lost": lost, "shares": shares}
 
 
 @claim("SUM-05", control="refuted", run=Run(variant(until="0.05")))
@@ -505,12 +468,10 @@ def rates_oscillate(run: Run = REFERENCE) -> Grounds:
     parts = {}
     for name in ("E_dot", "E_pot_dot", "E_trans_dot"):
         values = run.extrema(name)[1]
-        extrema = len(values) - 2
-        changes = int((values[1:] * values[:-1] < 0).sum())
+        extrema, changes = len(values) - 2, int((values[1:] * values[:-1] < 0).sum())
         oscillates = extrema > MANY and (changes >= CHANGES or name == "E_dot")
         parts[name] = oscillates, f"{extrema} extrema, {changes} changes of sign"
-    highest = float(run.extrema("E_dot")[1].max())
-    return statements("oscillates", parts), {"highest": highest}
+    return statements("oscillates", parts), {"highest": run.extremum("E_dot", largest=True)[1]}
 
 
 # ---- identities for every body and state ---------------------------------------------------------
