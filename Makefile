@@ -27,7 +27,7 @@ unexport PYTHONDONTWRITEBYTECODE
 docs: export HEYOKA_CACHE_DIR = $(CURDIR)/build/compiled
 
 .DEFAULT_GOAL := help
-.PHONY: help venv report test evidence slow golden peers clients browser proofs fuzz costs mutants \
+.PHONY: help venv report measured test evidence slow golden peers clients browser proofs fuzz costs mutants \
         lint format types check schemas docs smoke lock build clean
 
 help:     ## list the targets
@@ -61,6 +61,10 @@ $(DOCS): requirements/docs.txt $(LOCKED) | $(DEV)
 report:   ## write the precision report into reports/
 report: $(DEV)
 	$(BIN)/tt-precise report $(ARGS)
+
+measured: ## run the extreme cases again, whose outcomes the report shows (half a minute)
+measured: $(DEV)
+	$(BIN)/python -m benchmarks.extremes $(ARGS)
 
 test:     ## the default tests: none of the marked ones
 test: $(DEV)

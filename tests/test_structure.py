@@ -213,7 +213,6 @@ def test_no_file_is_long() -> None:
 
 
 # Modules without a test file of their own name: where their tests are, and why.
-CASES = "extremes/test_controls.py"  # a control of each family of cases
 CHAPTERS = "claims/test_chapters.py"  # one test judges the claims of each chapter, and the controls
 TESTED_ELSEWHERE = {
     "__main__.py": "test_cli.py",
@@ -221,12 +220,10 @@ TESTED_ELSEWHERE = {
     "commands/check.py": "check/test_command.py",  # beside the fixtures of the folder
     "commands/golden.py": "golden/test_command.py",
     "commands/engines.py": "engines/test_protocol.py",
+    "commands/extremes.py": "extremes/test_run.py",
     "commands/tradeoff.py": "test_tradeoff.py",
     "golden/documents.py": "test_schemas.py",  # records: every shipped file is one
     "golden/solution.py": "check/test_golden.py",  # the distance of rows that `check` reports
-    **{f"extremes/{name}.py": CASES for name in (
-        "contact", "geometry", "horizons", "machine", "parameters", "runs", "sensitivity",
-    )},
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "integration/registry.py": "nonsmooth/test_registration.py",  # of what is registered

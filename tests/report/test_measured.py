@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pandas
 import pytest
@@ -25,7 +24,7 @@ from tt_precise.runtime.values import InputError
     ("make", "command"),
     [
         (measured.tradeoff, "benchmarks.work_precision"),
-        (measured.extremes, "tt-precise extremes"),
+        (measured.extremes, "benchmarks.extremes"),
         (measured.engines, "benchmarks.engines"),
         (measured.faults, "benchmarks.fault_amounts"),
     ],
@@ -56,6 +55,7 @@ def test_a_table_of_something_else_is_refused_by_name(
         (measured.tradeoff, "tradeoff.json", [
             "work-precision", "work-and-digits", "hidden-by-conservation", "growth-of-errors"]),
         (measured.engines, "engines.json", ["engines"]),
+        (measured.extremes, "extremes.json", ["extremes"]),
     ],
 )  # fmt: skip
 def test_figures_are_placed_and_changed_code_is_shown(
@@ -91,51 +91,17 @@ def test_the_scoreboard_of_the_committed_engines(small_report: Report) -> None:
     assert "MuJoCo" in render.markdown(replace(small_report, sections=[section]))
 
 
-CASE: dict[str, Any] = {
-    "topic": "contact", "family": "a start", "name": "a start", "expected": "all well",
-    "source": "theory", "found": "1 eps", "verdict": "pass", "value": None,
-}  # fmt: skip
-
-
-def family(words: str, key: str, numbers: Any, data: Callable[[float], Any]) -> list[Any]:
-    return [
-        CASE
-        | {
-            "family": f"{words} {{{key}}}",
-            "name": f"{words} {number}",
-            "value": abs(number),
-            "data": {key: number} | data(number),
-        }
-        for number in numbers
-    ]
-
-
-def test_a_row_for_each_family_and_for_each_failure_and_pictures(tmp_path: Path) -> None:
-    cases = [
-        *family("mu =", "mu", (1, 10, 100), lambda mu: {"steps": 10 * mu, "seconds": 0.1}),
-        *family("limit", "mu", (1, 10, 100), lambda mu: {"distance": 1 / mu}),
-        *family(
-            "off", "off", (-0.1, -0.01, 0.1, 0.01), lambda off: {"rate": -off, "eigenvalue": -off}
-        ),
-        CASE | {"verdict": "fail", "found": "accepted"},
-    ]
-    document = {"schema": "tt_precise.extremes/1", "verdict": "fail", "cases": cases}
-    (tmp_path / measured.EXTREMES).write_text(json.dumps(document | {"not_run": 7}))
-    assert "1 do not, and 7 were not run (--quick)." in str(measured.extremes(tmp_path).blocks[0])
+def test_failed_cases_are_counted(tmp_path: Path) -> None:
+    (tmp_path / "extremes.svg").write_bytes((MEASURED / "extremes.svg").read_bytes())
+    document = json.loads((MEASURED / measured.EXTREMES).read_text())
+    case = document["cases"][0] | {"verdict": "fail"}
+    document["cases"].append(case)
     (tmp_path / measured.EXTREMES).write_text(json.dumps(document))
     section = measured.extremes(tmp_path)
-    assert "1 do not. The" in str(section.blocks[0])
     (table,) = tables(section)
-    assert [row[1] for row in table.rows] == [
-        "mu = … (3 cases)",
-        "limit … (3 cases)",
-        "off … (4 cases)",
-        "a start",
-    ]
-    assert table.rows[0][4] == "1 eps [the worst: mu = 100]"
-    assert table.rows[-1][4:] == ("accepted", "fail")
-    assert section.results["failed"] == ["a start"]
-    assert drawn(section) == ["extremes-poles", "extremes-friction", "extremes-threshold"]
+    assert section.results["failed"] == [case["name"]]
+    assert sum(section.results["by_topic"].values()) == len(table.rows) == section.results["cases"]
+    assert [row[-1] for row in table.rows].count("fail") == 1
 
 
 def test_faults_that_conserve_lambda_are_counted() -> None:

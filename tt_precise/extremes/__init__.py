@@ -1,8 +1,10 @@
-"""Cases that test numerical stability at the extremes of parameters, starts and times.
+"""Tests of numerical stability at the extremes of parameters, starts and times.
 
-The cases of a topic are functions with ``@case`` in its module; ``case.TOPICS`` lists the topics.
+``cases`` has the table of cases, ``judges`` their expectations, ``run`` runs them in processes;
+``edges`` varies any scene.
 """
 
-from tt_precise.extremes.case import TOPICS, CaseRecord, ExtremeCase, cases, run_all
+from tt_precise.extremes.cases import TOPICS, Case, cases
+from tt_precise.extremes.run import CaseRecord, Extremes, run_cases
 
-__all__ = ["TOPICS", "CaseRecord", "ExtremeCase", "cases", "run_all"]
+__all__ = ["TOPICS", "Case", "CaseRecord", "Extremes", "cases", "run_cases"]

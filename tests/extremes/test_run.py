@@ -1,0 +1,36 @@
+"""Test the records of cases, and the command on two cases."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Said
+from tt_precise.extremes import Case, cases, run
+from tt_precise.extremes.judges import Outcome, is_refused
+
+
+def test_an_exception_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def judge(case: Case) -> Outcome:
+        """Expect nothing."""
+        raise ValueError("why")
+
+    case = Case("poles", "bad", judge)
+    monkeypatch.setattr(run, "cases", lambda: [case])
+    record = run.record(case, run.judge("bad"))
+    assert (record.verdict, record.expected, record.limit) == ("fail", "Expect nothing.", None)
+    assert record.found == "ValueError: why"
+    assert run.run_cases([]).verdict == "fail"  # nothing was tested
+
+
+def test_a_failed_case_fails_the_command(
+    said: Said, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    good = next(case for case in cases() if case.judge is is_refused)
+    bad = Case("poles", "no such case", is_refused)
+    monkeypatch.setattr("tt_precise.commands.extremes.cases", lambda: [good, bad])
+    file = tmp_path / "extremes.json"
+    assert "2 cases, 1 failed." in said("extremes --workers 1 --out", file, status=1)
+    document = json.loads(file.read_text())
+    assert [case["verdict"] for case in document["cases"]] == ["pass", "fail"]
+    assert "1 cases, 0 failed." in said("extremes --workers 1 --topic contact")
