@@ -4,7 +4,8 @@
 ``edges`` varies any scene.
 """
 
-from tt_precise.extremes.cases import TOPICS, Case, cases
+from tt_precise.extremes.cases import TOPICS, cases
+from tt_precise.extremes.judges import EdgeCase
 from tt_precise.extremes.run import CaseRecord, Extremes, run_cases
 
-__all__ = ["TOPICS", "Case", "CaseRecord", "Extremes", "cases", "run_cases"]
+__all__ = ["TOPICS", "CaseRecord", "EdgeCase", "Extremes", "cases", "run_cases"]

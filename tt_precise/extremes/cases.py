@@ -6,13 +6,11 @@ A new case is one entry of the function of its topic.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
 from typing import Any
 
 from tt_precise.extremes.judges import (
-    Outcome,
+    EdgeCase,
     blows_up,
     conserves,
     is_refused,
@@ -20,7 +18,6 @@ from tt_precise.extremes.judges import (
     repeats_in_other_units,
     tilts_linearly,
 )
-from tt_precise.scene.scene import Scene, load_scene
 
 TENTH_S = Fraction(1, 10)
 TURN = Fraction("6.2832")  # rad
@@ -33,48 +30,24 @@ LAMBDA_THRES_SPIN = Fraction("-77.3124834")  # Inverted omega_3 at lambda_thres,
 THROUGH_THE_POLE = Fraction("11.38381141546557135258")
 
 
-@dataclass(frozen=True)
-class Case:
-    """A scene at an edge: ``changes`` of the shipped scene ``base``, judged by ``judge``.
-
-    ``limit`` is in the unit of the judge, which is the size of the expected roundings; it is larger
-    where errors grow beside a singularity or contact ends at a shallow zero. ``options`` are
-    arguments of ``integrate``; ``status`` is the expected end.
-    """
-
-    topic: str
-    name: str
-    judge: Callable[[Case], Outcome]
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    limit: float = 10
-    options: Mapping[str, Any] = field(default_factory=dict)
-    status: str = "complete"
-    base: str = "reference"
-
-    @cached_property
-    def scene(self) -> Scene:
-        """The scene with the changes."""
-        return load_scene(self.base).varied(**self.changes)
-
-
-def near_the_poles() -> Iterator[Case]:
+def near_the_poles() -> Iterator[EdgeCase]:
     """Yield starts beside both poles, and passages by the upright one."""
     for pole in POLES:
         for k in (1, 2, 3, 4, 6, 8, 9, 12, 16, 20, 30, 50, 100, 150, 200, 250, 300):
             changes = {"theta": f"{pole}1e-{k}", "until": "0.1"}
-            yield Case("poles", f"theta(0) = {pole}1e-{k}", tilts_linearly, changes)
+            yield EdgeCase("poles", f"theta(0) = {pole}1e-{k}", tilts_linearly, changes)
         changes = {"theta": f"{pole}1e-300", "until": "0.1"}
         for precision in ("quad", "mp"):
             name = f"theta(0) = {pole}1e-300 in {precision}"
-            yield Case("poles", name, tilts_linearly, changes, options={"precision": precision})
+            yield EdgeCase("poles", name, tilts_linearly, changes, options={"precision": precision})
     passing = {"theta": "0.5", "theta_dot": "-10", "omega_3": "20", "mu": "0", "until": "0.1"}
     for k in (1, 2, 4, 6, 8, 10, 12, 13):
         # the missing 10^-k of phi_dot makes the top pass the pole at about this distance
-        changes = {**passing, "phi_dot": THROUGH_THE_POLE + Fraction(1, 10**k)}
-        yield Case("poles", f"past a pole, phi_dot + 1e-{k}", matches_triple_double, changes)
+        changed = {**passing, "phi_dot": THROUGH_THE_POLE + Fraction(1, 10**k)}
+        yield EdgeCase("poles", f"past a pole, phi_dot + 1e-{k}", matches_triple_double, changed)
 
 
-def parameters() -> Iterator[Case]:
+def parameters() -> Iterator[EdgeCase]:
     """Yield extreme bodies, friction and spins."""
     for pole in POLES:
         theta = f"{pole}1e-20"
@@ -90,75 +63,75 @@ def parameters() -> Iterator[Case]:
         for spin in ("0", "1e-3", "1", "100", "1e4", "1e5", "1e6", "1e7"):
             changes[f"spin {spin} rad/s"] = {"omega_3": spin, "until": horizon(spin)}
         for name, change in changes.items():
-            yield Case("parameters", f"{name} at {theta}", tilts_linearly, {**near, **change})
+            yield EdgeCase("parameters", f"{name} at {theta}", tilts_linearly, {**near, **change})
     for spin in ("0", "1", "100", "1e4", "1e6"):
         change = {"theta": "1", "omega_3": spin, "until": horizon(spin)}
         name = f"spin {spin} rad/s from 1 rad"
-        yield Case("parameters", name, matches_triple_double, change)
+        yield EdgeCase("parameters", name, matches_triple_double, change)
     for mu in ("0", "1e-6", "0.03", "0.3", "3", "100", "1e3", "1e4"):
         name, change = f"mu = {mu} s/m from the reference start", {"mu": mu, "until": "0.05"}
-        yield Case("parameters", name, matches_triple_double, change)
+        yield EdgeCase("parameters", name, matches_triple_double, change)
     for k in (1, 3, 6, 9, 12):
         for sign in "+-":
             spin_at = LAMBDA_THRES_SPIN * (1 + Fraction(f"{sign}1e-{k}"))
             change = {"theta": "pi - 1e-100", "omega_3": spin_at, "until": "2"}
             name = f"lambda = (1 {sign} 1e-{k}) lambda_thres, inverted"
-            yield Case("parameters", name, tilts_linearly, change)
+            yield EdgeCase("parameters", name, tilts_linearly, change)
 
 
-def contact() -> Iterator[Case]:
+def contact() -> Iterator[EdgeCase]:
     """Yield ends of the contact, singular contacts, refused starts, and an elastic table."""
     plane = {"theta": "1.6", "theta_dot": "60", "omega_3": "0", "mu": "0", "until": "1"}
     losses = {"mu = 1": {"mu": "1"}, "mu = 3": {"mu": "3"}, "theta_dot = 30": {"theta_dot": "30"}}
-    for name, changes in {**losses, "in a plane": plane}.items():
+    for change, changes in {**losses, "in a plane": plane}.items():
         for precision in ("double", "double-double"):
-            yield Case("contact", f"contact lost, {name}, {precision}", matches_triple_double,
-                       changes, 30, {"precision": precision}, "contact_lost")  # fmt: skip
-    pulled = {"contact": "bilateral"}
+            name, options = f"contact lost, {change}, {precision}", {"precision": precision}
+            args = (matches_triple_double, changes, 30, options, "contact_lost")
+            yield EdgeCase("contact", name, *args)
+    pulled = ({"contact": "bilateral"}, "singular_contact")
     for mu in ("2.5", "3", "4"):
-        yield Case("contact", f"singular contact, mu = {mu}", matches_triple_double, {"mu": mu},
-                   100, pulled, "singular_contact")  # fmt: skip
-        yield Case("contact", f"blow-up of g_n, mu = {mu}", blows_up, {"mu": mu}, 1, pulled,
-                   "singular_contact")  # fmt: skip
+        name = f"singular contact, mu = {mu}"
+        yield EdgeCase("contact", name, matches_triple_double, {"mu": mu}, 100, *pulled)
+        yield EdgeCase("contact", f"blow-up of g_n, mu = {mu}", blows_up, {"mu": mu}, 1, *pulled)
     lifted = {"theta": "2", "theta_dot": "100", "omega_3": "0", "mu": "0"}
-    yield Case("contact", "start with g_n < 0", is_refused, lifted)
+    yield EdgeCase("contact", "start with g_n < 0", is_refused, lifted)
     beyond = {"theta": "1", "mu": "3", "nu_x": "20"}
-    yield Case("contact", "start beyond the singular contact", is_refused, beyond)
+    yield EdgeCase("contact", "start beyond the singular contact", is_refused, beyond)
     # no friction and no damping: momentum shows an error of the contact point's acceleration
     elastic = {"mu": "0", "damping": "0", "until": "0.2"}
-    yield Case("contact", "elastic table without friction", conserves, elastic,
-               base="elastic-linear")  # fmt: skip
+    name = "elastic table without friction"
+    yield EdgeCase("contact", name, conserves, elastic, base="elastic-linear")
 
 
-def times() -> Iterator[Case]:
+def times() -> Iterator[EdgeCase]:
     """Yield extreme horizons."""
     for until in ("1e-300", "1e-15", "1e-6"):
         for precision in COARSER:
             name = f"horizon {until} s in {precision}"
             options = {"precision": precision}
-            yield Case("time", name, matches_triple_double, {"until": until}, options=options)
+            yield EdgeCase("time", name, matches_triple_double, {"until": until}, options=options)
     for base, until in (("frictionless", "100"), ("rolling", "100"), ("frictionless", "1e3")):
         changes = {"until": until, "sample_every": until}
-        yield Case("time", f"{base} for {until} s", conserves, changes, base=base)
+        yield EdgeCase("time", f"{base} for {until} s", conserves, changes, base=base)
 
 
-def arithmetics() -> Iterator[Case]:
+def arithmetics() -> Iterator[EdgeCase]:
     """Yield cases of the arithmetics: other units, one second of the reference, subnormal tilts."""
     for precision in (*COARSER, "mp"):
         options, changes = {"precision": precision}, {"until": "0.2"}
         name = f"units of powers of two, {precision}"
-        yield Case("arithmetic", name, repeats_in_other_units, changes, options=options)
+        yield EdgeCase("arithmetic", name, repeats_in_other_units, changes, options=options)
     for precision in COARSER:
         name, options = f"reference to 1 s in {precision}", {"precision": precision}
-        yield Case("arithmetic", name, matches_triple_double, {"until": "1"}, options=options)
+        yield EdgeCase("arithmetic", name, matches_triple_double, {"until": "1"}, options=options)
     for tilt in ("1e-306", "1e-308", "1e-310"):
         changes = {"theta": f"pi - {tilt}", "until": "0.1"}
         # subnormal numbers are 2^-1074 apart; the smallest component is 1e-3 of the tilt
         limit = max(10, 1e3 * SMALLEST / float(tilt) / 2.0**-52)
-        yield Case("arithmetic", f"subnormal tilt pi - {tilt}", tilts_linearly, changes, limit)
+        yield EdgeCase("arithmetic", f"subnormal tilt pi - {tilt}", tilts_linearly, changes, limit)
 
 
-TOPICS: Mapping[str, Callable[[], Iterator[Case]]] = {
+TOPICS: Mapping[str, Callable[[], Iterator[EdgeCase]]] = {
     "poles": near_the_poles,
     "parameters": parameters,
     "contact": contact,
@@ -167,7 +140,7 @@ TOPICS: Mapping[str, Callable[[], Iterator[Case]]] = {
 }
 
 
-def cases() -> list[Case]:
+def cases() -> list[EdgeCase]:
     """Return all cases, by topic."""
     return [case for topic in TOPICS.values() for case in topic()]
 

@@ -47,7 +47,7 @@ def edges(scene: Scene) -> Iterator[tuple[str, Scene]]:
     ):
         for power in powers if value else ():
             faster = Fraction(10) ** power
-            until = short.until * min(1, MOST_TIMES_FASTER / faster)
+            until = short.until * min(Fraction(1), MOST_TIMES_FASTER / faster)
             yield f"{name} times 1e{power}", short.varied(**{name: value * faster, "until": until})
 
 

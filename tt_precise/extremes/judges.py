@@ -6,10 +6,11 @@ runs call ``reference``.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cache, cached_property
+from typing import Any, NamedTuple
 
 import mpmath
 
@@ -19,10 +20,7 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
-
-if TYPE_CHECKING:
-    from tt_precise.extremes.cases import Case
+from tt_precise.scene.scene import Scene, load_scene
 
 reference = integrate
 DIGITS = 80  # Digits of the linear theory.
@@ -30,22 +28,46 @@ WIDE_BITS = 300  # Bits of the numbers that enter it.
 BEFORE_S = "1e-12"  # Largest time between the end of a run and the blow-up of g_n.
 
 
-class Outcome(NamedTuple):
-    """Whether a case passes, the measured value in the unit of its limit, and a text."""
+class Measurement(NamedTuple):
+    """The outcome of a case: verdict, measured value in the unit of the limit, and a text."""
 
     passes: bool
     value: float | None
     text: str
 
 
-def judge_value(value: Scalar, case: Case, unit: str, run: Trajectory) -> Outcome:
+@dataclass(frozen=True)
+class EdgeCase:
+    """A scene at an edge: ``changes`` of the shipped scene ``base``, judged by ``judge``.
+
+    ``limit`` is in the unit of the judge, which is the size of the expected roundings; it is larger
+    where errors grow beside a singularity or contact ends at a shallow zero. ``options`` are
+    arguments of ``integrate``; ``status`` is the expected end.
+    """
+
+    topic: str
+    name: str
+    judge: Callable[[EdgeCase], Measurement]
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    limit: float = 10
+    options: Mapping[str, Any] = field(default_factory=dict)
+    status: str = "complete"
+    base: str = "reference"
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene with the changes."""
+        return load_scene(self.base).varied(**self.changes)
+
+
+def judge_value(value: Scalar, case: EdgeCase, unit: str, run: Trajectory) -> Measurement:
     """Compare a value with the limit, and the status of the run with that of the case.
 
     NaN and infinity fail.
     """
     number = float(value)
     text = f"{number:.2g} {unit} (at most {case.limit:g}), {run.status}"
-    return Outcome(0 <= number <= case.limit and run.status == case.status, number, text)
+    return Measurement(0 <= number <= case.limit and run.status == case.status, number, text)
 
 
 def random_walk(run: Trajectory) -> float:
@@ -53,23 +75,23 @@ def random_walk(run: Trajectory) -> float:
     return float(run.precision.eps) * max(1, run.steps) ** 0.5
 
 
-def is_refused(case: Case) -> Outcome:
+def is_refused(case: EdgeCase) -> Measurement:
     """The start is refused with a message that has an expectation."""
     try:
         status = integrate(case.scene, **case.options).status
     except InputError as error:
-        return Outcome("expected" in str(error), None, f"refused: {error}")
-    return Outcome(False, None, f"accepted: {status}")
+        return Measurement("expected" in str(error), None, f"refused: {error}")
+    return Measurement(False, None, f"accepted: {status}")
 
 
-def conserves(case: Case) -> Outcome:
+def conserves(case: EdgeCase) -> Measurement:
     """The conserved quantities drift by roundings alone."""
     run = integrate(case.scene, **case.options)
     drift = max(float(change) for change in run.drift.values())
     return judge_value(drift / random_walk(run), case, "eps sqrt(steps) of drift", run)
 
 
-def matches_triple_double(case: Case) -> Outcome:
+def matches_triple_double(case: EdgeCase) -> Measurement:
     """State and time at the end are those of the other integrator in triple-double."""
     run, fine = integrate(case.scene, **case.options), triple_double(case)
     fn = fine.precision.context
@@ -80,7 +102,7 @@ def matches_triple_double(case: Case) -> Outcome:
     return judge_value(error / random_walk(run), case, unit, run)
 
 
-def blows_up(case: Case) -> Outcome:
+def blows_up(case: EdgeCase) -> Measurement:
     """The motion ends less than 1e-12 s before the denominator of g_n vanishes.
 
     The denominator falls as the square root of the remaining time: its square, by hand from states
@@ -103,7 +125,7 @@ def _denominator(run: Trajectory, t: Scalar) -> Scalar:
     return 1 + (alpha**2 * s**2 - friction) / body.I1
 
 
-def tilts_linearly(case: Case) -> Outcome:
+def tilts_linearly(case: EdgeCase) -> Measurement:
     """Beside a pole k, L, v and phi_dot are those of linear equations, up to eps and theta^2."""
     run, scene, fn = integrate(case.scene, **case.options), case.scene, mpmath.MPContext()
     fn.dps = DIGITS
@@ -151,7 +173,7 @@ def tilt_matrix(body: Parameters, side: int, omega_3: Scalar, fn: Functions) -> 
     return fn.matrix([k, L, [v[0], v[1], v[2] - mu]])
 
 
-def repeats_in_other_units(case: Case) -> Outcome:
+def repeats_in_other_units(case: EdgeCase) -> Measurement:
     """The state is that of the same top in units of powers of two, to the last bit."""
     run, scene = integrate(case.scene, **case.options), case.scene
     body, start = scene.body, scene.start
@@ -168,7 +190,7 @@ def repeats_in_other_units(case: Case) -> Outcome:
     other = reference(scaled, **case.options)
     equal = [getattr(run.state, n) == getattr(other.state, n) for n in ("kx", "ky", "kz", "theta")]
     passes = all(equal) and run.steps == other.steps and run.status == case.status
-    return Outcome(passes, None, f"{sum(equal)} of 4 components equal, {run.status}")
+    return Measurement(passes, None, f"{sum(equal)} of 4 components equal, {run.status}")
 
 
 def distance(run: Trajectory, fine: Trajectory) -> Scalar:
@@ -187,7 +209,7 @@ def distance(run: Trajectory, fine: Trajectory) -> Scalar:
     return max(errors)
 
 
-def triple_double(case: Case) -> Trajectory:
+def triple_double(case: EdgeCase) -> Trajectory:
     """Return the reference run of a case, cached for its scene and contact."""
     return _triple_double(case.scene, case.options.get("contact", "unilateral"))
 

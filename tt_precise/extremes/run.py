@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
-from tt_precise.extremes.cases import Case, cases
-from tt_precise.extremes.judges import Outcome
+from tt_precise.extremes.cases import cases
+from tt_precise.extremes.judges import EdgeCase, Measurement
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
@@ -35,29 +35,31 @@ class Extremes(Record, frozen=True, tag_field="schema", tag="tt_precise.extremes
     cases: Annotated[tuple[CaseRecord, ...], means("the cases")]
 
 
-def judge(name: str) -> Outcome:
+def judge(name: str) -> Measurement:
     """Judge the case of this name; an exception is a failure."""
     (case,) = (case for case in cases() if case.name == name)
     try:
         return case.judge(case)
     except Exception as error:
-        return Outcome(False, None, f"{type(error).__name__}: {error}"[:200])
+        return Measurement(False, None, f"{type(error).__name__}: {error}"[:200])
 
 
-def run_cases(selection: Sequence[Case], progress: Progress = silent, workers: int = 2) -> Extremes:
+def run_cases(
+    selection: Sequence[EdgeCase], progress: Progress = silent, workers: int = 2
+) -> Extremes:
     """Run the selected cases, each within ``LIMIT_S``."""
     calls = [Call(case.name, (case.name,), LIMIT_S) for case in selection]
     outcomes = {}
     with local_pool(workers, inline=False, recycle_after=CASES_PER_PROCESS) as pool:
         for call, result in pool.perform(judge, calls, progress):
             failed = isinstance(result, Failure)
-            outcomes[call.key] = Outcome(False, None, result.reason) if failed else result
+            outcomes[call.key] = Measurement(False, None, result.reason) if failed else result
     records = tuple(record(case, outcomes[case.name]) for case in selection)
     passed = records and all(each.verdict == "pass" for each in records)
     return Extremes("pass" if passed else "fail", records)
 
 
-def record(case: Case, outcome: Outcome) -> CaseRecord:
+def record(case: EdgeCase, outcome: Measurement) -> CaseRecord:
     """Return the record of a case."""
     return CaseRecord(
         topic=case.topic,
