@@ -25,7 +25,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COMMAND = "python -m benchmarks.extremes"
-SOURCES = ("extremes", "../benchmarks/extremes.py")  # The code behind the outcomes.
+SOURCES = (
+    "runtime/records.py",
+    "extremes",
+    "../benchmarks/extremes.py",
+)  # The code behind the outcomes.
 OUT = MEASURED / "extremes.json"
 LEAST = 1e-3  # Smallest share of a limit in the figure; runs without an error lie there.
 

@@ -29,7 +29,7 @@ from tt_precise.runtime.terminal import progress_bar, say
 from tt_precise.runtime.values import Json
 
 COMMAND = "python -m benchmarks.work_precision"
-SOURCES = ("../benchmarks/work_precision",)
+SOURCES = ("golden", "../benchmarks/work_precision")
 FILE = "tradeoff.json"
 
 
