@@ -39,12 +39,8 @@ if TYPE_CHECKING:
 
 TIME_LIMIT_S = 120.0  # Time limit of one motion.
 COMMAND = "python -m benchmarks.engines"
-SOURCES = (
-    "runtime/records.py",
-    "engines",
-    "golden",
-    "../benchmarks/engines.py",
-)  # The code behind the scoreboard.
+# The code behind the scoreboard.
+SOURCES = ("runtime/records.py", "exact", "engines", "golden", "../benchmarks/engines.py")
 # Texts of an engine in the scoreboard.
 DESCRIPTION = ("name", "version", "precision", "friction", "settings")
 MOST_DIGITS = 10.0  # Digits of the brightest colour.
