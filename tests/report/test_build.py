@@ -4,28 +4,29 @@ from __future__ import annotations
 
 import json
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from tests.report.conftest import FACTS
 from tt_precise.claims import JudgedClaim
 from tt_precise.claims.claim import calls_for
-from tt_precise.report import build
-from tt_precise.report.document import Report, Section, Text
-from tt_precise.report.overview import Headlines
+from tt_precise.report import build, overview
+from tt_precise.report.document import Overview, Report, Section, Text
 
-from .conftest import FACTS
+
+def git(folder: Path, *words: str) -> None:
+    identity = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
+    subprocess.run(["git", "-C", folder, *identity, *words], check=True)
 
 
 def test_the_commit_is_that_of_the_package_itself(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """A repository in which the package happens to be installed is not asked."""
-    subprocess.run(["git", "-C", tmp_path, "init", "-q"], check=True)
-    identity = ["-c", "user.name=a", "-c", "user.email=a@b.c"]
-    empty = ["commit", "-q", "--allow-empty", "-m", "Begun"]
-    subprocess.run(["git", "-C", tmp_path, *identity, *empty], check=True)
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "commit", "-q", "--allow-empty", "-m", "Begun")
     commits = []
     for package in (tmp_path / "site-packages" / "tt_precise", tmp_path / "tt_precise"):
         (package / "report").mkdir(parents=True)
@@ -36,16 +37,16 @@ def test_the_commit_is_that_of_the_package_itself(
     # a plus where a file of the package is not as committed
     module = package / "module.py"
     module.write_text("x = 1\n")
-    for words in (["add", "tt_precise"], [*identity, "commit", "-q", "-m", "More"]):
-        subprocess.run(["git", "-C", tmp_path, *words], check=True)
+    git(tmp_path, "add", "tt_precise")
+    git(tmp_path, "commit", "-q", "-m", "More")
     assert not build.commit().endswith("+")
     module.write_text("x = 2\n")
     assert build.commit().endswith("+")
 
 
 def test_the_files_of_a_report(small_report: Report, tmp_path: Path) -> None:
-    written = build.write(small_report, tmp_path)
-    assert {path.relative_to(tmp_path).as_posix() for path in written} == {
+    paths = build.write(small_report, tmp_path)
+    assert {path.relative_to(tmp_path).as_posix() for path in paths} == {
         "precision-report.html", "precision-report.md", "results.json", "figures/circle.svg",
         "figures/ring.svg",
     }  # fmt: skip
@@ -57,62 +58,60 @@ def test_the_files_of_a_report(small_report: Report, tmp_path: Path) -> None:
 def test_a_report_that_changes_nothing_writes_nothing(
     judged: list[JudgedClaim], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def run(day: str, commit: str, drift: str, seconds: float) -> dict[str, str]:
-        """The files after a run of that day and commit."""
-        section = Section("extremes", "E", [Text(drift)], {"cases": drift})
-        computed = build.Computed(judged, [section], Headlines({}, None, {}), "all", seconds)
-        facts = {**FACTS, "date": day, "commit": commit}
-        monkeypatch.setattr(build, "compute", lambda progress: computed)
-        monkeypatch.setattr(build, "provenance", lambda *_: facts)
-        return {path.name: path.read_text("utf-8") for path in build.build(tmp_path, "c")}
+    screen = Overview({}, overview.motion(3.19, 7.82), {})
 
-    first = run("Monday", "abc", "1e-15", 10.2)
-    assert run("Tuesday", "def", "1e-15", 13.8) == first
-    third = run("Wednesday", "fed", "2e-15", 12.1)
-    assert all("Monday" in text and "Tuesday" not in text for text in first.values())
-    assert all("Wednesday" in text and "Monday" not in text for text in third.values())
-    (tmp_path / "precision-report.md").write_text("spoiled")  # written anew, and by whom
-    assert "Friday" in run("Friday", "fed", "2e-15", 12.1)["precision-report.md"]
+    def run(day: str, commit: str, text: str, seconds: float) -> str:
+        sections = {key: Section(key, key, [Text(text)]) for key in build.SECTIONS}
+        content = {"judged": judged, "headlines": screen, "precisions": "p", "seconds": seconds}
+        facts = FACTS | {"date": day, "commit": commit}
+        monkeypatch.setattr(build, "compute", lambda _: sections | content)
+        monkeypatch.setattr(build, "provenance", lambda *_: facts)
+        build.build(tmp_path, "command")
+        page = (tmp_path / "precision-report.md").read_text("utf-8")
+        return page + (tmp_path / "results.json").read_text("utf-8")
+
+    first = run("Friday", "abc", "1e-15", 10.1)
+    assert "Friday" in first
+    assert run("Saturday", "def", "1e-15", 11.9) == first
+    second = run("Saturday", "def", "2e-15", 11.9)
+    assert "Saturday" in second
+    assert "Friday" not in second
     (tmp_path / "results.json").write_text("{}")
-    assert "Sunday" in run("Sunday", "fed", "2e-15", 12.1)["results.json"]
+    assert "Sunday" in run("Sunday", "fed", "2e-15", 12.1)
+
+
+def _section() -> Section:
+    return Section("one", "One", [])
+
+
+def _failure() -> Section:
+    raise OSError("no such table")
 
 
 @pytest.fixture
-def few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Some sections and claims in place of all."""
-
-    def chosen(titles: list[str], sharing: str, claims: list[str]) -> None:
-        every = build.sections_in(tmp_path)
-        monkeypatch.setattr(build, "SHARING", {sharing: build.SHARING["Conservation"]})
-        monkeypatch.setattr(build, "CONSERVATION", sharing)
-        monkeypatch.setattr(build, "sections_in", lambda _: {name: every[name] for name in titles})
-        monkeypatch.setattr(build, "calls_for", lambda: calls_for(claims))
-        monkeypatch.setattr(build.overview, "headlines", dict)
-        monkeypatch.setattr(build, "precisions", str)
-
-    return chosen
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two sections and two claims in place of all."""
+    calls = calls_for(["NUM-23", "EQ-01"])
+    monkeypatch.setattr(build, "calls_for", lambda: calls)
+    monkeypatch.setattr(build, "SECTIONS", {"one": (_section, ""), "two": (_section, "runs")})
+    monkeypatch.setattr(build.overview, "headlines", dict)
+    monkeypatch.setattr(build, "precisions", str)
 
 
-def test_sections_and_claims_are_collected_in_order(
-    tmp_path: Path, few: Callable[..., None]
-) -> None:
-    """Cheap sections and claims, in processes as ever."""
-    every = build.sections_in(tmp_path)
-    assert set(build.SHARING) <= set(every)
-    titles = [title for title in every if title not in build.SHARING][-3:]
-    few(titles, titles[1], ["NUM-23", "EQ-01"])
+@pytest.mark.usefixtures("few")
+def test_sections_and_claims_are_computed_in_processes() -> None:
     shares: list[float] = []
-    found = build.compute(tmp_path, shares.append)
-    assert [one.id for one in found.judged] == ["EQ-01", "NUM-23"]
-    assert [one.title for one in found.sections] == [every[title]().title for title in titles]
-    assert found.precisions == ""
-    assert found.seconds > 0
+    content: dict[str, Any] = build.compute(shares.append)
+    assert [claim.id for claim in content["judged"]] == ["EQ-01", "NUM-23"]
+    assert content["one"] == content["two"] == _section()
+    assert (content["headlines"], content["precisions"]) == ({}, "")
+    assert content["seconds"] > 0
     assert shares == sorted(shares)
-    assert len(shares) == len(titles) + 4
+    assert len(shares) == 6
 
 
-def test_a_section_that_fails_fails_the_report(tmp_path: Path, few: Callable[..., None]) -> None:
-    (tmp_path / "extremes.json").write_text("{")
-    few(list(build.sections_in(tmp_path)), "Extremes", [])
-    with pytest.raises(Exception, match=r"extremes\.json"):
-        build.compute(tmp_path)
+@pytest.mark.usefixtures("few")
+def test_a_section_that_fails_fails_the_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(build.SECTIONS, "one", (_failure, ""))
+    with pytest.raises(OSError, match="no such table"):
+        build.compute()

@@ -8,13 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.conftest import drawn, tables
+from tests.report.conftest import figures, problems, tables
 from tt_precise import golden
 from tt_precise.golden import store
 from tt_precise.golden.proofs import PROOF
-from tt_precise.report.document import Figure
-from tt_precise.report.golden import _times, golden_section
-from tt_precise.report.golden import proof_section as section
+from tt_precise.report.golden import _times, golden_section, proof_section
 
 
 @pytest.fixture(autouse=True)
@@ -27,7 +25,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_rows_hold_what_is_proved() -> None:
-    whole = section()
+    whole = proof_section()
     digits, times, ends = tables(whole)
     assert [row[0] for row in digits.rows] == list(whole.results) == ["reference", "upright"]
     (row,) = (row for row in times.rows if row[:2] == ("reference", "B"))
@@ -63,14 +61,14 @@ def test_the_digits_of_a_row_are_those_of_its_worst_number() -> None:
 
 def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()  # of the copy, which has no flight
-    monkeypatch.setattr(golden, "scenes", lambda: ["flight", "upright"])
-    found = golden_section()
-    (table,) = tables(found)
+    monkeypatch.setattr(store, "scenes", lambda: ["flight", "upright"])
+    section = golden_section()
+    (table,) = tables(section)
     assert [(row[0], row[2], row[3]) for row in table.rows] == [
         ("flight", "landed", "0.15298014628"), ("upright", "complete", "8")
     ]  # fmt: skip
-    assert drawn(found) == ["golden-scenes"]
-    (figure,) = (block for block in found.blocks if isinstance(block, Figure))
+    (figure,) = figures(section)
+    assert (figure.name, problems(figure)) == ("golden-scenes", [])
     flight, upright = figure.panels
     assert flight.facts == "landed at 0.153 s"
     # upright: theta is 0 from the left end of the panel to its right end
@@ -81,15 +79,15 @@ def test_the_table_has_the_end_of_each_scene(monkeypatch: pytest.MonkeyPatch) ->
 def test_spoiled_and_missing_proofs_are_not_counted(place: Path) -> None:
     path = place / "reference" / PROOF
     path.write_text(path.read_text().replace('"rounded": 2', '"rounded": 3', 1))
-    digits, times, ends = tables(section())
+    digits, times, ends = tables(proof_section())
     row, whole = digits.rows
     assert f"{PROOF}: not every number is proved" in row[1]
     assert row[2:] == ("-",) * 7
     assert "-" not in whole
     assert times.rows == ends.rows == []
     shutil.rmtree(place / "upright")
-    assert [table.rows for table in tables(section())[1:]] == [[], []]
+    assert [table.rows for table in tables(proof_section())[1:]] == [[], []]
     path.write_text("nonsense")
-    assert "cannot be used" in tables(section())[0].rows[0][1]
+    assert "cannot be used" in tables(proof_section())[0].rows[0][1]
     path.unlink()
-    assert tables(section())[0].rows[0][1] == "none"
+    assert tables(proof_section())[0].rows[0][1] == "none"

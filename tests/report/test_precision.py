@@ -15,13 +15,13 @@ def test_the_finest_run_is_what_200_bits_give() -> None:
     assert finest.trajectory.precision.name == "triple-double"
     wide = integrate(SCENE, "mp")
     assert state_distance(finest.trajectory, wide) < 1e-40
-    for one in others:
-        apart = state_distance(one.trajectory, wide)
-        assert apart == pytest.approx(one.state_error, rel=1e-6)
+    for run in others:
+        apart = state_distance(run.trajectory, wide)
+        assert apart == pytest.approx(run.state_error, rel=1e-6)
         assert apart > 1e-34  # what the first bound would not let pass
 
 
-def test_the_distance_is_that_of_the_worst_entry() -> None:
+def test_the_distance_is_that_of_the_worst_component() -> None:
     scene = load_scene(SCENE).varied(until="1e-3")
     own, other = integrate(scene), integrate(scene.varied(omega_3="156"))
     # L.z is I3 cos(theta) omega_3, of which 1 rad/s is sqrt(R/g) units

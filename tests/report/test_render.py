@@ -1,11 +1,16 @@
-"""The page and its Markdown twin, and the report stored to be laid out again."""
+"""The page and its Markdown twin: whole, escaped, everything linked, blocks in their places."""
+
+from __future__ import annotations
 
 import re
 from html.parser import HTMLParser
 from urllib.parse import unquote
 
+from tt_precise.claims import JudgedClaim, part
+from tt_precise.claims.verdicts import conclude
 from tt_precise.report import render
-from tt_precise.report.document import PageTable, Report, Section, Text
+from tt_precise.report.document import PageTable, Report
+from tt_precise.report.render import lead, names
 
 VOID = {"img", "meta", "link", "input", "br"}
 
@@ -34,13 +39,11 @@ def test_html_is_whole_escaped_and_its_links_lead_somewhere(small_report: Report
     assert len(ids) == len(set(ids))
     assert set(re.findall(r'href="#([^"/]*)', plain)) <= set(ids)
     headings = re.findall(r"<(h\d)", plain)
-    assert headings.index("h1") == 0
-    assert headings.count("h1") == 1
+    assert (headings.index("h1"), headings.count("h1")) == (0, 1)
     assert "alert(1)" in page
     assert "<script>alert" not in page
     assert not re.search(r'(?:src|href)="(?!#|data:|https://arxiv\.org)', page)
-    assert "url(http" not in page
-    assert "@import" not in page
+    assert not re.search(r"url\(http|@import", page)
 
 
 def test_every_claim_has_a_cell_a_row_and_an_anchor(small_report: Report) -> None:
@@ -48,8 +51,10 @@ def test_every_claim_has_a_cell_a_row_and_an_anchor(small_report: Report) -> Non
     for entry in small_report.overview.entries:
         assert page.count(f'href="#{entry.id}" title="{entry.id}, {entry.verdict}') == 1
         assert page.count(f'<details class="claim" id="{entry.id}"') == 1
-    assert page.count('<details class="claim erratum"') == 4  # misprint, two refuted, reading
+    assert page.count('<details class="claim erratum"') == 4  # one of each kind
     assert 'class="differs"' in page
+    card = page[page.index('<dl class="card">') :]
+    assert '<span class="mark v-rounded" title="rounded" aria-label="rounded">≈' in card
 
 
 def test_figures_are_images_in_the_page(small_report: Report) -> None:
@@ -59,9 +64,9 @@ def test_figures_are_images_in_the_page(small_report: Report) -> None:
     assert 'alt="A circle."' in figure
     assert 'aria-describedby="about-circle"' in figure
     assert "a circle to be seen" in figure
-    held = re.search(r'src="data:image/svg\+xml,([^"]*)"', figure)
-    assert held
-    assert unquote(held[1]) == (
+    source = re.search(r'src="data:image/svg\+xml,([^"]*)"', figure)
+    assert source
+    assert unquote(source[1]) == (
         "<svg viewBox='0 0 9 9'><metadata>by somebody</metadata><style>*{fill: red}</style>"
         "<g id='circle-g'><circle style='fill: #000000' r='4'/></g></svg>"
     )
@@ -69,20 +74,16 @@ def test_figures_are_images_in_the_page(small_report: Report) -> None:
 
 def test_markdown_has_what_the_page_has(small_report: Report) -> None:
     text = render.markdown(small_report)
-    assert "![a circle to be seen](figures/circle.svg)" in text
-    assert r"\underline{R}" in text
-    assert "a \\| b" in text
-    assert r"$\dot{\theta}$" in text
+    for content in ("![a circle to be seen](figures/circle.svg)", r"\underline{R}", "a \\| b",
+                    r"$\dot{\theta}$"):  # fmt: skip
+        assert content in text
     for entry in small_report.overview.entries:
         assert f"| {entry.id} | {entry.verdict}" in text
-    assert "click" not in text
     lines = [line for line in text.splitlines() if line.startswith("| ")]
     assert all(line.endswith(" |") for line in lines)
 
 
-def test_a_section_leads_with_its_picture_and_long_tables_and_texts_fold(
-    small_report: Report,
-) -> None:
+def test_a_section_leads_with_its_picture_and_long_tables_fold(small_report: Report) -> None:
     page = render.laid_out(small_report.sections[1])
     assert page["picture"].name == "circle"
     assert [figure.name for figure in page["pictures"]] == ["ring"]
@@ -92,12 +93,24 @@ def test_a_section_leads_with_its_picture_and_long_tables_and_texts_fold(
     assert render.folds(PageTable(("a",), rows))
     assert not render.folds(PageTable(("a",), rows[:-1]))
     assert not render.folds(PageTable(("a",), rows, folded=False))
-    text = "This is a sentence of some length. " * 30
-    ((shown, folded),) = render.laid_out(Section("a", "A", [Text(text.strip())]))["texts"]
-    assert len(shown.text) < render.LONGEST_TEXT
-    assert len(shown.text) + len(folded) > 1000
-    # sentences are distinguished
+
+
+def test_the_first_sentence_is_distinguished() -> None:
     text = "Figure 2 of sec. 2.1 at 0.5 s. Bears on EQ-01, eq. (3). More."
-    assert render.lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
-    assert render.rest(text) == "Bears on EQ-01, eq. (3). More."
-    assert (render.lead("One only."), render.rest("One only.")) == ("One only.", "")
+    assert lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
+    assert (lead("One only."), lead("")) == ("One only.", "")
+
+
+def test_the_essential_part_is_the_correction_or_the_first_failure(
+    judged: list[JudgedClaim],
+) -> None:
+    by_id = {claim.id: claim for claim in judged}
+    misprint = by_id["EQ-01"]
+    assert misprint.essential.printed == misprint.correction
+    assert "- R*I3" in misprint.correction
+    essential = by_id["NUM-05"].essential
+    assert (essential.name, essential.printed, essential.measured) == ("second", "2", "3 | 4")
+    ambiguous = by_id["NUM-04"]
+    assert (names(ambiguous, holding=True), names(ambiguous, holding=False)) == ("so", "or so")
+    undecided = {"so": part.statement(True, "so", "so"), "or so": part.untestable("so")}
+    assert names(conclude("interpretations", undecided, ""), holding=False) == "or so (open)"

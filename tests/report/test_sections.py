@@ -1,32 +1,36 @@
-"""Sections, which a failing claim cannot hide, and how they are collected."""
+"""Sections, which a failing claim cannot hide, and all their figures."""
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
-from tests.report.conftest import problems, tables
+from tests.report.conftest import figures, problems, tables
 from tt_precise.report import sections
-from tt_precise.report.document import Figure
+from tt_precise.report.build import SECTIONS
+from tt_precise.report.document import words
+from tt_precise.report.solution import figure_2
+from tt_precise.report.starts import map_of_precession_and_spin
 
 
 def test_thresholds_state_forty_agreeing_digits() -> None:
-    table = tables(sections.threshold_values())[0]
-    assert len(table.rows) == 9
-    assert min(int(row[3]) for row in table.rows) >= 40
+    values, how = tables(sections.threshold_values())
+    assert len(values.rows) == len(how.rows) == 9
+    assert min(int(row[3]) for row in values.rows) >= 40
 
 
-EXPECTED = {
-    *(f"figure-{n}" for n in range(2, 9)),
-    "axis-at-the-pole", "deforming-potential", "jellett-drift", "times-by-inclination",
-    "times-by-precession", "map-inclination-lambda", "map-friction-spin",
-    "map-precession-spin",
-}  # fmt: skip
+def test_two_figures_are_complete() -> None:
+    spike, starts = figure_2(), map_of_precession_and_spin()
+    assert problems(spike) + problems(starts) == []
+    # above any sampled maximum
+    (height,) = re.findall(r"spike of ([\d,]+) rad/s", spike.caption)
+    assert int(height.replace(",", "")) > 40_000
 
 
 @pytest.mark.slow
-def test_all_figures() -> None:
-    made = sections.reference, sections.other_starts, sections.conservation
-    blocks = [block for make in (*made, sections.threshold_values) for block in make().blocks]
-    figures = [block for block in blocks if isinstance(block, Figure)]
-    assert {figure.name for figure in figures} == EXPECTED
-    assert [problem for figure in figures for problem in problems(figure)] == []
+def test_every_figure_that_has_words_is_drawn_and_complete() -> None:
+    drawn = [figure for make, _ in SECTIONS.values() for figure in figures(make())]
+    names = {figure.name for figure in drawn}
+    assert names >= {name for level, name in words() if level == "##"}
+    assert [problem for figure in drawn for problem in problems(figure)] == []

@@ -1,30 +1,24 @@
-"""The figures of other starts: complete, small, bound to claims that exist; full grids."""
+"""The rows of the figures of other starts: full grids, of the present definition."""
+
+from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
+import pandas
 import pytest
 
-from tests.conftest import more
-from tests.report.conftest import problems
 from tt_precise.report import starts
 from tt_precise.runtime.cache import fingerprint, unpacked
 
 FILE = Path(__file__).parents[2] / "reports/measured" / starts.FILE
 
 
-@pytest.mark.parametrize(
-    "draw",
-    [
-        starts.times_by_precession,
-        more(starts.times_by_inclination),
-        more(starts.map_of_inclination_and_lambda),
-        more(starts.map_of_friction_and_spin),
-        starts.map_of_precession_and_spin,
-    ],
-)
-def test_a_figure_is_complete(draw: Any) -> None:
-    assert problems(draw()) == []
+def test_the_shaded_intervals_are_those_of_the_starts_that_lose_contact() -> None:
+    contact = ["bilateral", "", "", "bilateral", "bilateral", ""]
+    rows = pandas.DataFrame({"x": [0.0, 1, 2, 3, 4, 8], "contact": contact})
+    assert starts.lost_contact(rows, "x") == [(0, 0.5), (2.5, 6)]
+    assert starts.lost_contact(rows[1:3].reset_index(drop=True), "x") == []
+    assert starts.lost_contact(rows[3:5].reset_index(drop=True), "x") == [(3, 4)]
 
 
 def test_the_committed_file_is_of_the_present_definition() -> None:

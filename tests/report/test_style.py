@@ -3,29 +3,37 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import numpy
-from matplotlib.axes import Axes
+import pytest
 
-from tt_precise.report import style
+from tt_precise.report import document, style
 
 TIMES = numpy.linspace(0, 8, 20_001)
 WAVE = numpy.sin(400 * TIMES)
 
 
+@pytest.fixture(autouse=True)
+def _words(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = ["A wave shifted by {shift:.1f}. More.", "a wave"]
+    monkeypatch.setattr(document, "words", lambda: {("##", "wave"): entry})
+
+
 @style.figure("wave", lambda shift: [1.0, 1.5])
-def wave(axes: list[Axes], shift: float) -> style.Words:
+def wave(axes: list[Any], shift: float) -> style.Numbers:
     """A wave in two panels."""
     for panel in axes:
         style.curve(panel, TIMES, WAVE + shift, "wave", style.BLUE)
     style.moments(axes, {"t_init": 3.19})
     style.legend(axes[0])
-    return style.Words("A wave. More.", "a wave")
+    return {"shift": shift}
 
 
 def test_a_figure_has_its_words_and_short_paths() -> None:
     figure = wave(0.0)
-    assert (figure.name, figure.caption, figure.alt) == ("wave", "A wave. More.", "a wave")
+    words = ("wave", "A wave shifted by 0.0. More.", "a wave")
+    assert (figure.name, figure.caption, figure.alt) == words
     paths = re.findall(r' d="([^"]*)"', figure.svg)
     assert paths
     assert not any(re.search(r"\.\d\d", path) for path in paths)  # one decimal

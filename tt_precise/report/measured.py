@@ -1,237 +1,139 @@
-"""The tables in reports/measured, written by other commands."""
+"""The evidence in reports/measured that other commands wrote: documents, figures, tables."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
-from pathlib import Path
+from collections.abc import Mapping
 
 import pandas
 
 from tt_precise.claims.paper import LAMBDA_KEPT
-from tt_precise.report.document import Block, Figure, PageTable, Section, Text
+from tt_precise.report.document import Figure, PageTable, Section
 from tt_precise.report.prose import short
-from tt_precise.runtime import records
 from tt_precise.runtime.cache import changed
-from tt_precise.runtime.records import of_its_form
+from tt_precise.runtime.files import shipped
+from tt_precise.runtime.records import read
 from tt_precise.runtime.values import Json
 
-EXTREMES, ENGINES, TRADEOFF = "extremes.json", "engines.json", "tradeoff.json"
-FAULTS, DROPPED = "fault-amounts.csv", "dropped-terms.csv"
-EXTREMES_COMMAND = "python -m benchmarks.extremes"
-ENGINES_COMMAND = "python -m benchmarks.engines"
-WORK_COMMAND = "python -m benchmarks.work_precision"
-Content = tuple[list[Block], Mapping[str, Json]]  # of a section: blocks and results
+MEASURED = shipped("reports") / "measured"
+DESCRIPTION = ("name", "version", "precision", "friction", "settings")  # Texts of an engine.
 
 
-def measured_by(
-    command: str, key: str, title: str, *files: str, also: Sequence[str] = ()
-) -> Callable[[Callable[[Path], Content]], Callable[[Path], Section]]:
-    """Make a section of a function that reads the ``files`` of a folder, and ``also`` if there.
-
-    Without the files the section has the ``command`` that writes them.
-    """
-
-    def decorate(read: Callable[[Path], Content]) -> Callable[[Path], Section]:
-        @wraps(read)
-        def make(folder: Path) -> Section:
-            if not all((folder / name).is_file() for name in files):
-                return Section(key, title, [Text(f"Not measured yet: `{command}`.")])
-            there = [name for name in (*files, *also) if (folder / name).is_file()]
-            with of_its_form(folder / ", ".join(there), f"what `{command}` writes"):
-                blocks, results = read(folder)
-            by_whom = f"Measured by `{command}`, not by the run that wrote this report."
-            return Section(key, title, [*blocks, Text(by_whom)], results)
-
-        return make
-
-    return decorate
+def tradeoff() -> Section:
+    """The findings on work and precision."""
+    document = _evidence("tradeoff")
+    findings = [(f, short(f["value"], 3)) for f in document["findings"]]
+    rows = [(f["name"], f"{value} {f['unit']}".strip(), f["definition"]) for f, value in findings]
+    tables = {f"tradeoff-{form}": _costs(document, form) for form in document["costs"]} | {
+        "tradeoff-findings": PageTable(("finding", "value", "definition"), rows)
+    }
+    results = {f["name"]: {"value": value} for f, value in findings}
+    return Section.of("tradeoff", _figures(document) | tables, results, stale=_stale(document))
 
 
-def figures(document: Mapping[str, Json], folder: Path) -> list[Block]:
-    """Return the figures of a measured document, after a warning where its code has changed."""
-    sources = ", ".join(changed(document["code"]))
-    stale = f"Stale: this was measured before the last changes of {sources}."
-    return [
-        *([Text(stale, emphasis=True)] if sources else []),
-        *(
-            Figure(f["name"], f["caption"], (folder / f"{f['name']}.svg").read_text(), f["alt"])
-            for f in document["figures"]
-        ),
-    ]
-
-
-@measured_by(WORK_COMMAND, "tradeoff", "Speed against accuracy", TRADEOFF)
-def tradeoff(folder: Path) -> Content:
-    """The findings on work and precision, and their figures."""
-    document = records.read(folder / TRADEOFF, f"what `{WORK_COMMAND}` writes")
-    findings = document["findings"]
-    blocks: list[Block] = [
-        Text(
-            "Every method integrates the same equations from the same dimensionless numbers and is "
-            "compared with golden data. `tradeoff.csv` has all settings. The methods are timed in "
-            "turn, slow methods once; each time is the fastest. Ratios are medians of ratios to a "
-            "bare heyoka loop timed just before."
-        ),
-        *figures(document, folder),
-        *(_costs_table(document, form) for form in document["costs"]),
-        PageTable(
-            ("finding", "value", "definition"),
-            [
-                (f["name"], f"{short(f['value'], 3)} {f['unit']}".strip(), f["definition"])
-                for f in findings
-            ],
-            "Computed from the tables.",
-            name="tradeoff-findings",
-        ),
-    ]
-    return blocks, {f["name"]: {"value": short(f["value"], 3)} for f in findings}
-
-
-def _costs_table(document: Mapping[str, Json], form: str) -> PageTable:
-    accuracies = document["accuracies"]
+def _costs(document: Mapping[str, Json], form: str) -> PageTable:
+    """Return the time of each method to each accuracy, first those that reach most of them."""
     methods = [row for row in document["costs"][form] if row["seconds"]]
     methods.sort(key=lambda row: (-len(row["seconds"]), *row["seconds"].values()))
-    return PageTable(
-        ("method", *(f"ms to {accuracy}" for accuracy in accuracies)),
-        [
-            (
-                row["method"],
-                *(
-                    short(1e3 * row["seconds"][a]) if a in row["seconds"] else "-"
-                    for a in accuracies
-                ),
-            )
-            for row in methods
-        ],
-        f"{form.title()} form, double: time for a given error at 8 s, interpolated on the curve of "
-        "the method; - if the method does not reach it.",
-        name=f"tradeoff-{form}",
+    return PageTable.of(
+        {"method": row["method"]}
+        | {
+            f"ms to {accuracy}": short(1e3 * row["seconds"][accuracy])
+            if accuracy in row["seconds"]
+            else "-"
+            for accuracy in document["accuracies"]
+        }
+        for row in methods
     )
 
 
-@measured_by(EXTREMES_COMMAND, "extremes", "At the extremes", EXTREMES)
-def extremes(folder: Path) -> Content:
+def extremes() -> Section:
     """The outcomes of the extreme cases."""
-    document = records.read(folder / EXTREMES, f"what `{EXTREMES_COMMAND}` writes")
+    document = _evidence("extremes")
     cases = document["cases"]
     failed = [case["name"] for case in cases if case["verdict"] == "fail"]
     by_topic = Counter(case["topic"] for case in cases)
-    listed = ", ".join(f"{topic} {count}" for topic, count in by_topic.items())
     columns = ("topic", "name", "expected", "found", "verdict")
-    blocks: list[Block] = [
-        Text(
-            f"{len(cases)} extreme cases ({listed}): {len(cases) - len(failed)} have the expected "
-            f"outcome, {len(failed)} do not. The expected outcome comes from a linear theory that "
-            "is worked out by hand, from another integrator in triple-double, or from what the "
-            "motion conserves."
-        ),
-        *figures(document, folder),
-        PageTable(
-            ("topic", "case", "expected", "observed", "verdict"),
-            [tuple(case[name] for name in columns) for case in cases],
-            "Every case. eps is that of the case's arithmetic; the roundings of n steps add up to "
-            "about eps sqrt(n).",
-            filters=("topic", "verdict"),
-            verdict="verdict",
-            name="extremes-table",
-            folded=True,
-        ),
-    ]
-    return blocks, {"cases": len(cases), "failed": failed, "by_topic": dict(by_topic)}
-
-
-@measured_by(ENGINES_COMMAND, "engines", "Other people's engines", ENGINES)
-def engines(folder: Path) -> Content:
-    """The scoreboard of engines, every test, and the engines' settings."""
-    board = records.read(folder / ENGINES, f"what `{ENGINES_COMMAND}` writes")
-    versions = ", ".join(
-        f"{engine['name']} {engine['version'] or 'not installed'}" for engine in board["engines"]
+    table = PageTable(
+        ("topic", "case", "expected", "observed", "verdict"),
+        [tuple(case[name] for name in columns) for case in cases],
+        filters=("topic", "verdict"),
+        verdict="verdict",
+        folded=True,
     )
-    blocks: list[Block] = [
-        Text(
-            f"{len(board['engines'])} physics engines simulate a Tippe Top in several tests, each "
-            f"at {len(board['steps'])} step sizes. The distance from the reference at the step h "
-            "is described as C h^p + floor; the digits are those at the smallest step. The "
-            "verdict uses no chosen limit: an engine converges if the distance of its "
-            "extrapolation from the reference is at most its step error."
-        ),
-        Text(f"The engines: {versions}."),
-        *figures(board, folder),
-        PageTable.of(
-            [_engine_row(row) for row in board["rows"]],
-            "Every test of every engine.",
-            filters=("engine", "test", "outcome"),
-            name="engines-table",
-        ),
-        PageTable(
+    return Section.of(
+        "extremes", _figures(document) | {"extremes-table": table},
+        {"cases": len(cases), "failed": failed, "by_topic": dict(by_topic)},
+        cases=len(cases), passed=len(cases) - len(failed), failed=len(failed),
+        listed=", ".join(f"{topic} {count}" for topic, count in by_topic.items()),
+        stale=_stale(document),
+    )  # fmt: skip
+
+
+def engines() -> Section:
+    """The scoreboard of engines, every test, and the engines' settings."""
+    document = _evidence("engines")
+    rows, described = document["rows"], document["engines"]
+    tables = {
+        "engines-table": PageTable.of(map(_engine, rows), filters=("engine", "test", "outcome")),
+        "engines-settings": PageTable(
             ("engine", "version", "arithmetic", "its friction", "settings"),
-            [
-                tuple(
-                    engine[key] or "not installed"
-                    for key in ("name", "version", "precision", "friction", "settings")
-                )
-                for engine in board["engines"]
-            ],
-            caption="The friction that each engine offers, and its settings.",
-            name="engines-settings",
+            [tuple(engine[name] for name in DESCRIPTION) for engine in described],
         ),
-    ]
-    if board["skipped"]:
-        blocks.append(Text("Skipped: " + "; ".join(board["skipped"])))
-    verdicts = {f"{row['engine']}, {row['test']}": row["verdict"] for row in board["rows"]}
-    return blocks, verdicts
+    }
+    return Section.of(
+        "engines", _figures(document) | tables,
+        {f"{row['engine']}, {row['test']}": row["verdict"] for row in rows},
+        count=len(described), steps=len(document["steps"]), stale=_stale(document),
+        versions=", ".join(f"{engine['name']} {engine['version']}" for engine in described),
+        skipped="Skipped: " * bool(document["skipped"]) + "; ".join(document["skipped"]),
+    )  # fmt: skip
 
 
-def _engine_row(row: dict[str, Json]) -> dict[str, str]:
-    drift = ", ".join(f"{name} {max(values):.1e}" for name, values in row["drift"].items())
-    outcome = row["verdict"]
-    if row["message"]:
-        outcome += f" ({row['message']})"
+def _engine(row: Mapping[str, Json]) -> dict[str, str]:
+    drift = (f"{name} {max(values):.1e}" for name, values in row["drift"].items())
     return {
         "engine": row["engine"],
         "test": row["test"],
-        "outcome": outcome,
+        "outcome": row["verdict"] + (f" ({row['message']})" if row["message"] else ""),
         "digits at these steps": ", ".join(f"{digits:.1f}" for digits in row["digits"]),
         "order": "" if row["order"] is None else f"{row['order']:.2f}",
         "floor": "" if row["floor"] is None else f"{row['floor']:.1e}",
-        "largest drift of conserved quantities": drift,
+        "largest drift of conserved quantities": ", ".join(drift),
     }
 
 
-@measured_by(
-    "python -m benchmarks.fault_amounts", "faults", "What the checks catch", FAULTS, DROPPED
-)
-def faults(folder: Path) -> Content:
-    """The smallest faults that the checks detect."""
-    conclusion = jellett_alone(pandas.read_csv(folder / DROPPED, keep_default_na=False))
-    amounts = pandas.read_csv(folder / FAULTS, dtype=str, keep_default_na=False)
-    amounts = amounts.set_index("fault").reset_index()
-    blocks: list[Block] = [
-        Text(conclusion, emphasis=True),
-        Text(
-            "Rows of the reference scene, as a physics engine writes them, have one fault. The "
-            "table has the smallest relative fault that fails, in powers of ten; empty where a "
-            "tenth passes. The rows are checked with the scene's friction and with another "
-            "friction law, for which another mu is no fault."
-        ),
-        PageTable(
-            tuple(amounts.columns),
-            [tuple(row) for row in amounts.itertuples(index=False)],
-            "The smallest fault of each kind that fails, by the spacing of the rows.",
-            name="faults-table",
-        ),
-    ]
-    return blocks, {}
-
-
-def jellett_alone(dropped: pandas.DataFrame) -> str:
-    """Count the dropped terms that lambda alone shows at the paper's limit."""
+def faults() -> Section:
+    """The smallest faults that the checks detect, and dropped terms that lambda alone shows."""
+    dropped = pandas.read_csv(MEASURED / "dropped-terms.csv", keep_default_na=False)
+    amounts = pandas.read_csv(MEASURED / "fault-amounts.csv", dtype=str, keep_default_na=False)
+    rows = [tuple(row) for row in amounts.itertuples(index=False)]
+    table = PageTable(tuple(amounts.columns), rows)
     by_jellett = sum(float(drift or "nan") > LAMBDA_KEPT for drift in dropped["jellett"])
-    caught = int((dropped["fails"] != "").sum())
-    return (
-        f"Conservation is not correctness: {len(dropped)} terms of the equations are dropped one "
-        f"at a time. At {LAMBDA_KEPT:.0e} lambda alone detects {by_jellett} of these faults, all "
-        f"checks together detect {caught}."
-    )
+    return Section.of(
+        "faults", {"faults-table": table}, {}, terms=len(dropped), limit=LAMBDA_KEPT,
+        by_jellett=by_jellett, detected=int((dropped["fails"] != "").sum()), stale="",
+    )  # fmt: skip
+
+
+def _evidence(name: str) -> dict[str, Json]:
+    return read(MEASURED / f"{name}.json", f"what `python -m benchmarks.{name}` writes")
+
+
+def _figures(document: Mapping[str, Json]) -> dict[str, Figure | PageTable]:
+    """Return the figures that were drawn with the measurement."""
+    return {
+        each["name"]: Figure(
+            each["name"],
+            (MEASURED / f"{each['name']}.svg").read_text("utf-8"),
+            each["caption"],
+            each["alt"],
+        )
+        for each in document["figures"]
+    }
+
+
+def _stale(document: Mapping[str, Json]) -> str:
+    """Say so if the code behind a measurement has changed since."""
+    sources = ", ".join(changed(document["code"]))
+    return f" Stale: measured before the last change of {sources}." if sources else ""

@@ -8,70 +8,32 @@ the path of the centre of mass.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from markupsafe import Markup
 from msgspec import to_builtins
 
 from tt_precise.claims import JudgedClaim, Verdict, counts
 from tt_precise.claims.committed import Committed, JudgingRun
-from tt_precise.claims.paper import HEADLINES, LAMBDA_KEPT, SECTIONS
-from tt_precise.claims.rauch_rutstam import ANSWERS, UNTESTED
+from tt_precise.claims.paper import HEADLINES, SECTIONS
 from tt_precise.claims.verdicts import RULES
 from tt_precise.golden import store
-from tt_precise.report.document import (
-    Card,
-    ClaimList,
-    Overview,
-    PageTable,
-    Section,
-    Text,
-)
+from tt_precise.report.document import Card, ClaimList, Overview, Section, table
 from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
 
-DIGITS = 8
-END, RATIO = "NUM-05", "NUM-22"
-TRIED = {
-    False: "of the {} definitions tried, none gives the paper's time",
-    None: "of the {} definitions tried, not all give the paper's time",
-    True: "all {} definitions tried give the paper's time",
-}
+DIGITS = 8  # Digits of a number on the first screen.
+DRIFT, RATIO, END = "NUM-03", "NUM-22", "NUM-05"  # Claims with the numbers of the first screen.
 HOLDING = (Verdict.REPRODUCED, Verdict.ROUNDED)
-ERRATA = {
-    Verdict.MISPRINT: (
-        "Misprints",
-        "The printed formula or number does not hold, but the correction does; the differences are "
-        "marked.",
-    ),
-    Verdict.REFUTED: ("Refuted", "The paper's statement, and the computed result."),
-    Verdict.PARTLY: (
-        "Partly right",
-        "A part of the statement holds, and a part fails or is open.",
-    ),
-    Verdict.AMBIGUOUS: (
-        "Ambiguous",
-        "The paper's words admit several meanings: some hold, and some fail.",
-    ),
-}
+FAILING = (Verdict.MISPRINT, Verdict.REFUTED)
+OPEN = (Verdict.PARTLY, Verdict.AMBIGUOUS)
+TRACK = "track"
 
 
-@dataclass(frozen=True)
-class Headlines:
-    """The content of the first screen, without the verdicts.
-
-    ``cards`` are listed by their claim; the claim's comment is added later.
-    """
-
-    cards: dict[str, Card]
-    animation: dict[str, Json] | None
-    results: dict[str, Json]
-
-
-def headlines() -> Headlines:
-    """The three numbers and the motion, computed by this run."""
+def headlines() -> Overview:
+    """Compute the three numbers and the motion; the verdicts come later."""
     runs = {run.label: run for run in precision_runs()}
     drifts = {label: max(run.drift["jellett"]) for label, run in runs.items()}
     finest = list(runs)[-1]
@@ -79,153 +41,106 @@ def headlines() -> Headlines:
     start, end = run.frame("E_pot", times=[0, run.t_end], numbers="exact")["E_pot"]
     alpha = run.scene.body.alpha
     limit = full(float((1 + alpha) / (1 - alpha)), 5)
-    ended = run.inversion.A.t_end
+    climb = run.inversion.A
+    printed = {DRIFT: "order 1e-6", **HEADLINES}
+    fine = f"{short(drifts['quad'])} in quad, {short(drifts[finest])} with {finest}"
     cards = {
-        "NUM-03": Card(
-            "drift of lambda, double",
-            short(drifts["double"]),
-            "order 1e-6",
-            f"{short(drifts['quad'])} in quad, {short(drifts[finest])} with {finest}",
-            good=bool(drifts["double"] < LAMBDA_KEPT),
-        ),
+        DRIFT: Card("drift of lambda, double", short(drifts["double"]), printed[DRIFT], fine),
         RATIO: Card(
-            "E_pot(8 s) / E_pot(0)",
-            full(end / start, DIGITS),
-            HEADLINES[RATIO],
+            "E_pot(8 s) / E_pot(0)", full(end / start, DIGITS), printed[RATIO],
             f"theory, after an infinite time: {limit}",
         ),
-        END: Card("end of the climb", f"{full(ended, DIGITS)} s", HEADLINES[END], ""),
-    }
+        END: Card("end of the climb", f"{full(climb.t_end, DIGITS)} s", printed[END], ""),
+    }  # fmt: skip
     results = {
         "jellett_drift": {label: short(drift, 3) for label, drift in drifts.items()},
         "energy_ratio": full(end / start, 20),
     }
-    return Headlines(cards, motion((float(run.inversion.A.t_init), float(ended))), results)
+    return Overview(cards, motion(float(climb.t_init), float(climb.t_end)), results)
 
 
-def overview(judged: Sequence[JudgedClaim], computed: Headlines) -> Overview:
-    """The first screen, with the verdicts on the report's paper."""
-    cards = dict(computed.cards)
-    for claim in judged:
-        if claim.id in HEADLINES and claim.id in cards:
-            good = agreement(claim.verdict)
-            comment = cards[claim.id].comment
-            if claim.id == END:
-                comment = TRIED[good].format(len(claim.parts))
-            cards[claim.id] = replace(cards[claim.id], good=good, comment=comment)
-    return Overview(
-        answer(judged),
-        verdict(judged),
-        judged,
-        list(cards.values()),
-        computed.animation,
-        computed.results,
+def overview(judged: Sequence[JudgedClaim], computed: Overview) -> Overview:
+    """Return the first screen with the verdicts."""
+    claims = {claim.id: claim for claim in judged}
+    cards = {
+        id: replace(card, verdict=claims[id].verdict) if id in claims else card
+        for id, card in computed.cards.items()
+    }
+    if END in claims:
+        parts = claims[END].parts
+        agreeing = sum(part.holds is True for part in parts)
+        comment = f"definitions that give the paper's time: {agreeing} of {len(parts)}"
+        cards[END] = replace(cards[END], comment=comment)
+    return replace(
+        computed, answer=answer(judged), verdict=verdict(judged), entries=judged, cards=cards
     )
 
 
 def answer(judged: Sequence[JudgedClaim]) -> str:
-    """The answer to "does the paper hold?", from the verdicts of the claims it depends on."""
-    found = {claim.id: claim.verdict for claim in judged}
+    """Answer "does the paper hold?", from the verdicts of the claims the answer depends on."""
+    verdicts = {claim.id: claim.verdict for claim in judged}
     return " ".join(
-        each.holding if all(found[id] in HOLDING for id in each.claims) else each.failing
-        for each in ANSWERS
-        if all(id in found for id in each.claims)
+        holding if all(verdicts[id] in HOLDING for id in ids.split(", ")) else failing
+        for ids, holding, failing in table("answers").rows
+        if verdicts.keys() >= set(ids.split(", "))
     )
-
-
-def findings(judged: Sequence[JudgedClaim]) -> dict[str, int]:
-    """Count findings by verdict; the claims about one mistake count once, by the first claim."""
-    return counts(claim for claim in judged if claim.finding == claim.id)
 
 
 def verdict(judged: Sequence[JudgedClaim]) -> str:
-    """The counts in one sentence."""
-    tally, found = counts(judged), findings(judged)
+    """Count the statements in one sentence, and name the number of findings as such."""
+    tally = counts(judged)
     holding = sum(tally[each] for each in HOLDING)
-    others = sum(tally[each] for each in ERRATA)
+    others = [claim for claim in judged if claim.verdict in (*FAILING, *OPEN)]
     return (
-        f"Of {len(judged)} statements, {holding} hold and {tally['untestable']} cannot be tested. "
-        f"The other {others} are {sum(found[each] for each in ERRATA)} findings: "
-        f"{found['misprint']} misprints, {found['refuted']} refuted, "
-        f"{found['partly']} partly right, {found['ambiguous']} ambiguous."
+        f"Of {len(judged)} statements, {holding} hold, {tally['untestable']} cannot be tested and "
+        f"{len(others)} do not hold as printed: {tally['misprint']} misprints, "
+        f"{tally['refuted']} refuted, {tally['partly']} partly right, {tally['ambiguous']} "
+        f"ambiguous. A mistake in several places is one finding: these {len(others)} statements "
+        f"have {findings(others)} findings."
     )
 
 
-def agreement(verdict: str) -> bool | None:
-    """True if the paper's number holds, False if it fails, None if neither."""
-    if verdict in (Verdict.REPRODUCED, Verdict.ROUNDED):
-        return True
-    return False if verdict in (Verdict.REFUTED, Verdict.MISPRINT) else None
-
-
-def _statements(claims: Sequence[JudgedClaim]) -> str:
-    """The number of statements and, where it differs, of findings."""
-    some, count = len(claims), sum(findings(claims).values())
-    statements = f"{some} statement{'s' if some > 1 else ''}"
-    return statements if count == some else f"{count} findings in {statements}"
+def findings(judged: Sequence[JudgedClaim]) -> int:
+    """Count findings; the claims about one mistake count once, by the first claim."""
+    return sum(claim.finding == claim.id for claim in judged)
 
 
 def errata(judged: Sequence[JudgedClaim]) -> Section:
     """Misprints, and refuted, partly right and ambiguous claims."""
-    groups = [
-        ClaimList(f"{title} ({_statements(some)})", some, errata=True, about=about,
-               folded=verdict in (Verdict.PARTLY, Verdict.AMBIGUOUS))
-        for verdict, (title, about) in ERRATA.items()
-        if (some := [claim for claim in judged if claim.verdict == verdict])
-    ]  # fmt: skip
-    failing = [claim for claim in judged if claim.verdict in (Verdict.MISPRINT, Verdict.REFUTED)]
-    count = sum(findings(failing).values())
-    text = (
-        f"{len(failing)} statements of the paper fail as printed; they are {count} findings, "
-        "because a mistake in several places counts once. Statements that hold in a part or in "
-        "one meaning follow. `tt-precise claims ID` shows the reason, the definition, and every "
-        "part of a claim."
-    )
-    return Section("errata", "Errata", [Text(text), *groups])
+    lists, sizes = {}, {}
+    for each in (*FAILING, *OPEN):
+        entries = [claim for claim in judged if claim.verdict == each]
+        sizes[each.value] = f"{len(entries)} statement{'s' if len(entries) != 1 else ''}"
+        if entries:
+            lists[each.value] = ClaimList(entries, errata=True, folded=each in OPEN)
+    failing = [claim for claim in judged if claim.verdict in FAILING]
+    numbers = {"failing": len(failing), "findings": findings(failing)}
+    return Section.of("errata", lists, {}, **numbers, **sizes)
 
 
 def all_claims(judged: Sequence[JudgedClaim], run: JudgingRun) -> Section:
     """Every claim with its verdict, by section of the paper; ``run`` computed the verdicts."""
     tally = counts(judged)
     legend = "; ".join(f"{tally[str(verdict)]} {verdict}: {verdict.meaning}" for verdict in Verdict)
-    proved = sum(claim.proved for claim in judged)
+    section = Section.of(
+        "claims", {"untested-table": table("untested")},
+        to_builtins(Committed(claims=tuple(judged), counts=tally, run=run)),
+        claims=len(judged), proved=sum(claim.proved for claim in judged), rules=RULES,
+        legend=legend,
+    )  # fmt: skip
     groups = [
-        ClaimList(title, some)
-        for section, title in SECTIONS.items()
-        if (some := [claim for claim in judged if claim.section == section])
+        ClaimList(entries, title)
+        for key, title in SECTIONS.items()
+        if (entries := [claim for claim in judged if claim.section == key])
     ]
-    records = Committed(claims=tuple(judged), counts=tally, run=run)
-    text = f"{len(judged)} claims, {proved} of them decided by a proof."
-    rules = f"{RULES} The verdicts: {legend}."
-    untested = PageTable(
-        ("where", "the paper", "why no claim tests it"),
-        [(each.where, each.quote, each.reason) for each in UNTESTED],
-        "Proofreading: sentences that no claim tests.",
-        name="untested-table",
-    )
-    return Section(
-        "claims",
-        "All claims",
-        [
-            Text(text),
-            Text(rules, folded="The rules of fairness, and the verdicts"),
-            untested,
-            *groups,
-        ],
-        to_builtins(records),
-    )
+    return replace(section, blocks=[*section.blocks, *groups])
 
 
-TRACK = "track"
+def motion(begin: float, end: float) -> dict[str, Json]:
+    """Return the drawing of the animation, see ``runtime.player``.
 
-
-def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
-    """The drawing of the animation, see ``runtime.player``; None without the golden data.
-
-    ``climb`` is the begin and end of the climb in s, for the caption.
+    The climb lasts from ``begin`` to ``end``, in s.
     """
-    if TRACK not in store.scenes():
-        return None
     stored = store.read_files(TRACK)
 
     def numbers(name: str) -> list[float]:
@@ -238,13 +153,12 @@ def motion(climb: tuple[float, float]) -> dict[str, Json] | None:
         pairs = zip(numbers(name), numbers(axis), strict=True)
         course[name] = [mass / radius + alpha * k for mass, k in pairs]
     times = numbers("t")
-    begin, end = (round(moment, 1) for moment in climb)
-    words = Markup(
+    text = Markup(
         f"The reference solution, drawn from <code>reference_data/{TRACK}</code>, golden data with "
         "34 digits: the top starts upright, its contact point glides along the loop, and between "
-        f"{begin} s and {end} s it turns over. The model is a sphere: the drawn stem ends where "
-        "the table is."
+        f"{begin:.1f} s and {end:.1f} s it turns over. The model is a sphere: the drawn stem ends "
+        "where the table is."
     )
     return player.drawing(
-        times[1] - times[0], course, title="The top turning over", words=words, first=2.6, rest=5.2
+        times[1] - times[0], course, title="The top turning over", words=text, first=2.6, rest=5.2
     )

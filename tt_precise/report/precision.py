@@ -8,7 +8,7 @@ from functools import cache, cached_property
 
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.columns import VECTOR_COLUMNS
-from tt_precise.integration.precision import KINDS, is_available
+from tt_precise.integration.precision import KINDS
 from tt_precise.runtime.values import Scalar
 
 SCENE = "reference"
@@ -16,17 +16,19 @@ SCENE = "reference"
 
 @dataclass(frozen=True)
 class PrecisionRun:
-    """The reference scene in one precision, and the distance of its end from the finest run's."""
+    """The reference scene in one precision.
+
+    ``state_error`` is the distance of its end from the finest run's, the largest of the vector
+    components, dimensionless; None for the finest run.
+    """
 
     trajectory: Trajectory
-    # largest of the vector entries, dimensionless; None for the reference run itself
     state_error: Scalar | None
 
     @property
     def label(self) -> str:
-        """The label, such as "quad" or "200 bits"."""
-        precision = self.trajectory.precision
-        return f"{precision.bits} bits" if precision.name == "mp" else precision.name
+        """The name of the precision."""
+        return self.trajectory.precision.name
 
     @cached_property
     def drift(self) -> dict[str, Sequence[Scalar]]:
@@ -36,31 +38,27 @@ class PrecisionRun:
 
 @cache
 def precision_runs() -> tuple[PrecisionRun, ...]:
-    """The reference scene in every precision this machine has, the finest last.
+    """Integrate the reference scene in every precision, the finest last.
 
     That is triple-double, whose 46 digits are more than anything here needs; mp would take a
     hundred times as long.
     """
-    names = [name for name in KINDS if is_available(name) and name != "mp"]
-    runs = [integrate(SCENE, name) for name in names]
-    reference = runs[-1]
-    return (
-        *(PrecisionRun(run, state_distance(run, reference)) for run in runs[:-1]),
-        PrecisionRun(reference, None),
-    )
+    runs = [integrate(SCENE, name) for name in KINDS if name != "mp"]
+    finest = runs[-1]
+    errors = [*(state_distance(run, finest) for run in runs[:-1]), None]
+    return tuple(PrecisionRun(run, error) for run, error in zip(runs, errors, strict=True))
 
 
 def precisions() -> str:
-    """The precisions and their steps, in words."""
+    """Return the precisions and their steps, in words."""
     return ", ".join(f"{run.label} ({run.trajectory.steps} steps)" for run in precision_runs())
 
 
 def state_distance(run: Trajectory, reference: Trajectory) -> Scalar:
-    """Largest difference of the vector entries of two final states, in dimensionless units."""
+    """Return the largest difference of the vector components at the end, dimensionless."""
     context, units = reference.precision.context, reference.start.units
-    differences = []
-    for name in VECTOR_COLUMNS:
-        scale = units.of_dimension(reference.dimension(name))
-        mine, better = (context.mpf(t.state.values[name]) for t in (run, reference))
-        differences.append(abs(mine - better) / scale)
-    return max(differences)
+    return max(
+        abs(context.mpf(run.state.values[name]) - reference.state.values[name])
+        / units.of_dimension(reference.dimension(name))
+        for name in VECTOR_COLUMNS
+    )

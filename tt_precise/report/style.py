@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import TYPE_CHECKING, Any, Concatenate, NamedTuple, ParamSpec
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec
 
 from tt_precise.report.document import Figure
 from tt_precise.runtime import plotting
@@ -21,54 +21,65 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 __all__ = [
-    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "Words", "curve",
-    "figure", "legend", "moments", "svg_text", "thinned",
+    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "curve", "drawing",
+    "figure", "legend", "moments", "note", "svg_text", "thinned",
 ]  # fmt: skip
 P = ParamSpec("P")
+Numbers = Mapping[str, Any]  # Numbers of a caption, by their names in ``templates/words.md``.
+Heights = Sequence[float] | Callable[..., Sequence[float]]
 WIDTH = 5.6  # Width of a figure in inches.
 DECIMALS = 1  # Decimals of a point (1/72 inch): a seventh of a pixel.
-LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's are as wide
+LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's letters are as wide.
 
 
-class Words(NamedTuple):
-    """The words of a figure, see ``Figure``."""
-
-    caption: str
-    alt: str
-
-
-def figure(
-    name: str,
-    heights: Sequence[float] | Callable[..., Sequence[float]],
-    *,
-    shared_time: bool = True,
-) -> Callable[[Callable[Concatenate[list[Axes], P], Words]], Callable[P, Figure]]:
-    """Make a ``Figure`` of a function that draws into panels and returns the words.
+def drawing(
+    heights: Heights, *, shared_time: bool = True
+) -> Callable[[Callable[Concatenate[list[Axes], P], Numbers]], Callable[P, tuple[str, Numbers]]]:
+    """Make SVG text, and the numbers of its caption, of a function that draws into panels.
 
     The panels lie below each other. ``heights`` in inches, or a function of the same arguments that
     gives them.
     """
 
-    def decorate(draw: Callable[Concatenate[list[Axes], P], Words]) -> Callable[P, Figure]:
+    def decorate(
+        draw: Callable[Concatenate[list[Axes], P], Numbers],
+    ) -> Callable[P, tuple[str, Numbers]]:
         @wraps(draw)
-        def draw_figure(*given: P.args, **named: P.kwargs) -> Figure:
-            inches = heights(*given, **named) if callable(heights) else heights
+        def render(*args: P.args, **kwargs: P.kwargs) -> tuple[str, Numbers]:
+            inches = heights(*args, **kwargs) if callable(heights) else heights
             with plotting.styled():
-                drawing = plotting.new_figure(WIDTH, sum(inches) + 0.4)
-                axes = drawing.subplots(
+                picture = plotting.new_figure(WIDTH, sum(inches) + 0.4)
+                axes = picture.subplots(
                     len(inches), 1, sharex=shared_time, squeeze=False, height_ratios=inches
                 )[:, 0]
-                caption, alt = draw(list(axes), *given, **named)
-                return Figure(name, caption, svg_text(drawing), alt)
+                numbers = draw(list(axes), *args, **kwargs)
+                return svg_text(picture), numbers
 
-        return draw_figure
+        return render
 
     return decorate
 
 
-def svg_text(drawing: Drawing) -> str:
-    """The drawing as SVG: letters as text, one decimal; the same data give the same text."""
-    text = plotting.svg_text(drawing, "none")
+def figure(
+    name: str, heights: Heights, *, shared_time: bool = True
+) -> Callable[[Callable[Concatenate[list[Axes], P], Numbers]], Callable[P, Figure]]:
+    """Make a ``Figure`` of a function that draws into panels and returns its caption's numbers."""
+
+    def decorate(draw: Callable[Concatenate[list[Axes], P], Numbers]) -> Callable[P, Figure]:
+        render = drawing(heights, shared_time=shared_time)(draw)
+
+        @wraps(draw)
+        def make(*args: P.args, **kwargs: P.kwargs) -> Figure:
+            return Figure.of(name, *render(*args, **kwargs))
+
+        return make
+
+    return decorate
+
+
+def svg_text(picture: Drawing) -> str:
+    """Return the drawing as SVG: letters as text, one decimal; equal data give equal text."""
+    text = plotting.svg_text(picture, "none")
     text = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", text, flags=re.DOTALL)
     text = re.sub(r"\s+", " ", text).replace("> <", "><")
     text = re.sub(r' (?:d|points|x|y|transform)="[^"]*"', _short, text)
@@ -87,17 +98,10 @@ def _short(match: re.Match[str]) -> str:
     return re.sub(r"(?:L \S+ \S+ ){2,}", lambda lines: "L " + lines[0].replace("L ", ""), text)
 
 
-def curve(
-    axes: Axes,
-    times: Array,
-    values: Array,
-    label: str,
-    colour: str,
-    **style: Any,
-) -> None:
+def curve(axes: Axes, times: Array, values: Array, label: str, colour: str) -> None:
     """Draw a curve, thinned to the width of the panel without losing an extremum."""
     at = thinned(times, values)
-    axes.plot(times[at], values[at], color=colour, label=label, **style)
+    axes.plot(times[at], values[at], color=colour, label=label)
 
 
 def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
@@ -106,20 +110,18 @@ def moments(axes: Sequence[Axes], marks: Mapping[str, float]) -> None:
         for panel in axes:
             panel.axvline(t, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
         axes[0].annotate(
-            label,
-            (t, 1),
-            xycoords=("data", "axes fraction"),
-            xytext=(0, 2),
-            textcoords="offset points",
-            ha="center",
-            va="bottom",
-            fontsize=9,
-            color="#505050",
-        )
+            label, (t, 1), (0, 2), xycoords=("data", "axes fraction"), textcoords="offset points",
+            ha="center", va="bottom", fontsize=9, color="#505050",
+        )  # fmt: skip
+
+
+def note(axes: Axes, text: str, at: tuple[float, float], shift: tuple[float, float]) -> Any:
+    """Write a text ``shift`` points away from a position in the panel."""
+    return axes.annotate(text, at, shift, textcoords="offset points")
 
 
 def legend(axes: Axes, **options: Any) -> None:
-    """A legend in one row above the panel."""
+    """Draw a legend in one row above the panel."""
     axes.legend(
         loc="lower right", bbox_to_anchor=(1, 1), ncols=4, borderaxespad=0.1,
         handlelength=1.8, columnspacing=1.0, **options,
