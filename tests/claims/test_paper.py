@@ -1,12 +1,9 @@
 """The paper: every section has claims, and an id is looked up in any case."""
 
-import re
-
 import pytest
 
 from tt_precise.claims import claims
 from tt_precise.claims.paper import CLAIM_KINDS, EQUATIONS, HEADLINES, SECTIONS, look_up
-from tt_precise.claims.rauch_rutstam import ANSWERS, UNTESTED
 from tt_precise.runtime.values import InputError
 
 
@@ -28,9 +25,3 @@ def test_an_id_is_looked_up_in_any_case(id: str, expected: str | None) -> None:
     with pytest.raises(InputError, match="expected an id") as error:
         look_up(id, table)
     assert len(str(error.value)) < 200
-
-
-def test_the_answer_and_the_proofreading_name_claims_that_exist() -> None:
-    ids = {id for each in ANSWERS for id in each.claims}
-    ids |= {id for each in UNTESTED for id in re.findall(r"[A-Z]{2,4}-\d\d", each.reason)}
-    assert ids <= set(claims())

@@ -48,7 +48,12 @@ def test_blocks_stand_in_the_order_of_the_words_and_numbers_are_filled_in() -> N
     assert (figure.caption, figure.alt) == ("A plot of 3.0. More.", "a plot")
     table = PageTable.of([{"a": "1"}, {"b": "2"}], folded=True)
     assert (table.header, table.rows) == (("a", "b"), [("1", "-"), ("-", "2")])
-    blocks = {"plot": figure, "numbers": table, "list": ClaimList(()), "not placed": table}
+    blocks: dict[str, document.Block] = {
+        "plot": figure,
+        "numbers": table,
+        "list": ClaimList(()),
+        "not placed": table,
+    }
     section = Section.of("one", blocks, {"x": 1}, count=3, nothing="")
     assert section.title == "One"
     picture, text, emphasis, folded, numbers, claims = section.blocks

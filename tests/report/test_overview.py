@@ -11,6 +11,7 @@ import numpy
 import pytest
 from msgspec.structs import replace
 
+from tests.report.conftest import CLAIM
 from tt_precise import golden
 from tt_precise.claims import JudgedClaim
 from tt_precise.claims.committed import committed, run_record
@@ -71,6 +72,7 @@ def test_the_answer_follows_from_the_verdicts(every: list[JudgedClaim]) -> None:
     assert holding not in answer(spoiled)
     assert answer([]) == ""
     named = {id for row in table("answers").rows for id in row[0].split(", ")}
+    named |= {id for row in table("untested").rows for id in CLAIM.findall(row[2])}
     assert named <= {claim.id for claim in every}
 
 

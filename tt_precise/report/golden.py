@@ -12,7 +12,7 @@ import numpy
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import TableProof
 from tt_precise.report import style
-from tt_precise.report.document import Figure, PageTable, Panel, Section
+from tt_precise.report.document import Block, Figure, PageTable, Panel, Section
 from tt_precise.report.style import Numbers, figure
 from tt_precise.runtime.values import InputError, Json
 
@@ -47,7 +47,10 @@ def golden_section() -> Section:
         )
         results[name] = {"digits": manifest["digits"], "status": manifest["status"]}
     digits = {entry["digits"] for entry in results.values()}
-    blocks = {"golden-scenes": every_scene(store.scenes()), "golden-table": PageTable.of(rows)}
+    blocks: dict[str, Block] = {
+        "golden-scenes": every_scene(store.scenes()),
+        "golden-table": PageTable.of(rows),
+    }
     claimed = " to ".join(map(str, sorted({min(digits), max(digits)})))
     return Section.of("golden", blocks, results, claimed=claimed)
 
@@ -76,7 +79,7 @@ def proof_section() -> Section:
         limits += _limits(name, content["forever"])
         keys = ("contact", "proved_events", "inversion", "forever")
         results[name] |= proof.summary | {key: content[key] for key in keys}
-    blocks = {
+    blocks: dict[str, Block] = {
         "proved-digits": proved_digits(digits),
         "proofs-table": PageTable.of(rows, folded=True),
         "times-table": PageTable.of(times, folded=True),

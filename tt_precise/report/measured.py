@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import pandas
 
 from tt_precise.claims.paper import LAMBDA_KEPT
-from tt_precise.report.document import Figure, PageTable, Section
+from tt_precise.report.document import Block, Figure, PageTable, Section
 from tt_precise.report.prose import short
 from tt_precise.runtime.cache import changed
 from tt_precise.runtime.files import shipped
@@ -24,9 +24,9 @@ def tradeoff() -> Section:
     document = _evidence("tradeoff")
     findings = [(f, short(f["value"], 3)) for f in document["findings"]]
     rows = [(f["name"], f"{value} {f['unit']}".strip(), f["definition"]) for f, value in findings]
-    tables = {f"tradeoff-{form}": _costs(document, form) for form in document["costs"]} | {
-        "tradeoff-findings": PageTable(("finding", "value", "definition"), rows)
-    }
+    tables: dict[str, Block] = {
+        f"tradeoff-{form}": _costs(document, form) for form in document["costs"]
+    } | {"tradeoff-findings": PageTable(("finding", "value", "definition"), rows)}
     results = {f["name"]: {"value": value} for f, value in findings}
     return Section.of("tradeoff", _figures(document) | tables, results, stale=_stale(document))
 
@@ -74,7 +74,7 @@ def engines() -> Section:
     """The scoreboard of engines, every test, and the engines' settings."""
     document = _evidence("engines")
     rows, described = document["rows"], document["engines"]
-    tables = {
+    tables: dict[str, Block] = {
         "engines-table": PageTable.of(map(_engine, rows), filters=("engine", "test", "outcome")),
         "engines-settings": PageTable(
             ("engine", "version", "arithmetic", "its friction", "settings"),
@@ -120,7 +120,7 @@ def _evidence(name: str) -> dict[str, Json]:
     return read(MEASURED / f"{name}.json", f"what `python -m benchmarks.{name}` writes")
 
 
-def _figures(document: Mapping[str, Json]) -> dict[str, Figure | PageTable]:
+def _figures(document: Mapping[str, Json]) -> dict[str, Block]:
     """Return the figures that were drawn with the measurement."""
     return {
         each["name"]: Figure(

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from typing import TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypeVar
 from urllib.parse import quote
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
@@ -45,7 +45,7 @@ Choices = list[tuple[str, str]]  # Values of a filter of the page, with their la
 def html(report: Report) -> str:
     """Return the report as one self-contained HTML file."""
     environment = _environment(escaped=True)
-    environment.filters |= {
+    filters: dict[str, Callable[..., Any]] = {
         "prose": lambda text: Markup(HTML.text(str(text))),
         "short": lambda text: Markup(HTML.short(str(text))),
         "printed": lambda part: Markup(HTML.paper_side(part)),
@@ -53,6 +53,7 @@ def html(report: Report) -> str:
         "image": _image,
         "compact": player.compact,
     }
+    environment.filters |= filters
     text = environment.get_template("report.html.j2").render(
         report=report, paper_sections=SECTIONS, marks=MARKS,
         citation=_citation(report),
@@ -87,7 +88,7 @@ def _environment(*, escaped: bool) -> Environment:
         "lead": lead,
         "rest": lambda text: text[len(lead(text)) + 1 :],
         "folds": folds,
-        "choices": filters,
+        "choices": choices,
         "laid_out": laid_out,
         "tally": tally,
         "words": _words,
@@ -139,7 +140,7 @@ def _choices(values: Iterable[str]) -> Choices:
     return [(value, value) for value in dict.fromkeys(values)]
 
 
-def filters(table: PageTable) -> list[tuple[str, Choices]]:
+def choices(table: PageTable) -> list[tuple[str, Choices]]:
     """Return the columns by which the page filters the rows of a table, with their values."""
     columns = {name: table.header.index(name) for name in table.filters}
     return [(name, _choices(row[at] for row in table.rows)) for name, at in columns.items()]

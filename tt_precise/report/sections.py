@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from tt_precise.exact.thresholds import thresholds
 from tt_precise.report import solution, starts
-from tt_precise.report.document import Figure, PageTable, Section
+from tt_precise.report.document import Block, Figure, PageTable, Section
 from tt_precise.report.precision import SCENE, precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.scene.scene import load_scene
@@ -58,7 +58,10 @@ def conservation() -> Section:
             "jellett_drift_at_end": short(drift[-1], 3),
             "state_error": None if error is None else short(error, 3),
         }
-    blocks = {"jellett-drift": solution.jellett_drift(), "runs": PageTable.of(rows)}
+    blocks: dict[str, Block] = {
+        "jellett-drift": solution.jellett_drift(),
+        "runs": PageTable.of(rows),
+    }
     return Section.of("conservation", blocks, results, samples=len(drift))
 
 
@@ -75,7 +78,7 @@ def threshold_values() -> Section:
         for name, quantity in computed.quantities.items()
     ]
     how = [{"quantity": name, "how": each.how} for name, each in computed.quantities.items()]
-    blocks = {
+    blocks: dict[str, Block] = {
         "map-inclination-lambda": starts.map_of_inclination_and_lambda(),
         "values": PageTable.of(values),
         "how": PageTable.of(how, folded=True),
