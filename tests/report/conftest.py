@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.claims import Claim, JudgedClaim, claims, part, verdicts
 from tt_precise.claims.committed import run_record
-from tt_precise.claims.words import Words
+from tt_precise.claims.words import Wording
 from tt_precise.report import overview
 from tt_precise.report.document import (
     Block,
@@ -60,7 +60,9 @@ def figures(section: Section) -> list[Figure]:
 def _judged(
     id: str, parts: verdicts.Parts, note: str, section: str = "1", rule: verdicts.Rule = "all of"
 ) -> JudgedClaim:
-    words = Words(f"claim {id} <b> of theta_dot", f"Sec. {section}", "a quote", "as in theta", note)
+    words = Wording(
+        f"claim {id} <b> of theta_dot", f"Sec. {section}", "a quote", "as in theta", note
+    )
     return Claim(id, section, words, lambda: parts, rule, id).judge()
 
 
@@ -112,7 +114,7 @@ def small_report(judged: list[JudgedClaim]) -> Report:
     ]
     cards = {
         "NUM-03": Card("lambda", "1e-15", "order 1e-6", "holds"),
-        "NUM-22": Card("x", "2", "3", ""),
+        "NUM-02": Card("x", "2", "3", ""),
         "NUM-05": Card("y", "2", "3", ""),
     }
     computed = Overview(cards, overview.motion(3.19, 7.82), {"a": 1})

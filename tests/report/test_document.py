@@ -34,7 +34,7 @@ def test_every_section_and_every_figure_has_words() -> None:
 def own_words(monkeypatch: pytest.MonkeyPatch) -> None:
     entries = {
         ("#", "one"): [
-            "One", "[plot]", "{count} starts.", "! Beware.", "> Why: Because\n of {count}.",
+            "One", "[plot]", "{count} starts.", "! Beware.", "> Why: Because of {count}.",
             "[numbers] The numbers.", "[list] Title ({count}): About it.", "[absent]", "{nothing}",
         ],
         ("##", "plot"): ["A plot of {count:.1f}. More.", "a plot"],

@@ -80,11 +80,12 @@ def proof_section() -> Section:
         keys = ("contact", "proved_events", "inversion", "forever")
         results[name] |= proof.summary | {key: content[key] for key in keys}
     blocks: dict[str, Block] = {
-        "proved-digits": proved_digits(digits),
         "proofs-table": PageTable.of(rows, folded=True),
         "times-table": PageTable.of(times, folded=True),
         "forever-table": PageTable.of(limits),
     }
+    if digits:
+        blocks["proved-digits"] = proved_digits(digits)
     return Section.of("proofs", blocks, results)
 
 

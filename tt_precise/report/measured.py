@@ -24,11 +24,11 @@ def tradeoff() -> Section:
     document = _evidence("tradeoff")
     findings = [(f, short(f["value"], 3)) for f in document["findings"]]
     rows = [(f["name"], f"{value} {f['unit']}".strip(), f["definition"]) for f, value in findings]
-    tables: dict[str, Block] = {
-        f"tradeoff-{form}": _costs(document, form) for form in document["costs"]
-    } | {"tradeoff-findings": PageTable(("finding", "value", "definition"), rows)}
+    blocks = _figures(document)
+    blocks |= {f"tradeoff-{form}": _costs(document, form) for form in document["costs"]}
+    blocks["tradeoff-findings"] = PageTable(("finding", "value", "definition"), rows)
     results = {f["name"]: {"value": value} for f, value in findings}
-    return Section.of("tradeoff", _figures(document) | tables, results, stale=_stale(document))
+    return Section.of("tradeoff", blocks, results, stale=_stale(document))
 
 
 def _costs(document: Mapping[str, Json], form: str) -> PageTable:

@@ -66,7 +66,7 @@ def overview(judged: Sequence[JudgedClaim], computed: Overview) -> Overview:
         id: replace(card, verdict=claims[id].verdict) if id in claims else card
         for id, card in computed.cards.items()
     }
-    if END in claims:
+    if END in claims.keys() & cards.keys():
         parts = claims[END].parts
         agreeing = sum(part.holds is True for part in parts)
         comment = f"definitions that give the paper's time: {agreeing} of {len(parts)}"
