@@ -28,7 +28,7 @@ from tt_precise.engines.ladder import (
 )
 from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.report import style
-from tt_precise.report.style import Words
+from tt_precise.report.style import Numbers
 from tt_precise.runtime.cache import code_of
 from tt_precise.runtime.terminal import Progress, progress_bar, say, silent
 from tt_precise.runtime.values import Json
@@ -150,7 +150,7 @@ def measure(
 
 
 @style.figure("engines", lambda board: [0.3 * len(board["engines"]) + 0.9])
-def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
+def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Numbers:
     """Draw the digits at the smallest step of every engine on every test."""
     engines = [engine["name"] for engine in board["engines"]]
     tests = [test["name"] for test in board["tests"] if test["name"] != "inversion"]
@@ -170,15 +170,10 @@ def scoreboard(axes: list[Axes], board: dict[str, Json]) -> Words:
     panel.set_yticks(range(len(engines)), engines)
     panel.set_xlabel("test; digits of the reference at the smallest step")
     panel.grid(visible=False)
-    return Words(
-        caption="Correct digits of each engine over the whole motion at a step of "
-        f"{board['steps'][-1]:g} s. Bold: smaller steps converge to the reference. In brackets: a "
-        "floor remains or no order is seen. ✗: the run did not reach the end. –: the engine does "
-        "not have this test's friction or contact.",
-        alt=f"A table of {len(engines)} engines and {len(tests)} tests with digits from 0 to "
-        f"{max(map(max, digits)):.0f} as colours: most in free flight and steady spins, fewest "
-        "where friction and contact act together.",
-    )
+    return {
+        "step": board["steps"][-1], "engines": len(engines), "tests": len(tests),
+        "best": max(map(max, digits)),
+    }  # fmt: skip
 
 
 def _label(row: dict[str, Json] | None) -> str:

@@ -20,7 +20,7 @@ from benchmarks.work_precision.findings import (
 from tt_precise.claims.paper import LAMBDA_KEPT
 from tt_precise.report import style
 from tt_precise.report.document import Figure
-from tt_precise.report.style import Words
+from tt_precise.report.style import Numbers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -53,26 +53,18 @@ ARITHMETICS = {"double": (style.BLUE, "o"), "quad": (style.GREEN, "D"), "mp": (s
 
 
 @style.figure("work-precision", [3.6])
-def work_precision(axes: list[Axes], rows: pandas.DataFrame) -> Words:
+def work_precision(axes: list[Axes], rows: pandas.DataFrame) -> Numbers:
     """Error against seconds, by method, in double."""
     (by_time,) = axes
     _methods(by_time, rows, "seconds")
     by_time.set_xlabel("seconds")
     if by_time.lines:
         by_time.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, handlelength=2.2)
-    return Words(
-        caption="Speed against accuracy on the reference scene, 0 to 8 s, in double: Newton form "
-        "(dotted: Euler form), each method with its best right-hand side, without compile time. "
-        "The error is the largest of the entries of k, L, v at the end, dimensionless, compared "
-        "with golden data. Only settings that no other setting of the method beats are shown. "
-        "Related claim: NUM-03.",
-        alt="A log-log panel of error against seconds. Every method's curve falls to the "
-        "right; heyoka's reaches the smallest error.",
-    )
+    return {}
 
 
 @style.figure("work-and-digits", [3.2, 3.2], shared_time=False)
-def work_and_digits(axes: list[Axes], rows: pandas.DataFrame) -> Words:
+def work_and_digits(axes: list[Axes], rows: pandas.DataFrame) -> Numbers:
     """Error against work in double, and against seconds for heyoka in every arithmetic."""
     (by_work, by_digits) = axes
     _methods(by_work, rows, "work")
@@ -84,17 +76,11 @@ def work_and_digits(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     by_digits.set(xlabel="seconds", ylabel=ERROR)
     if by_digits.lines:
         by_digits.legend(loc="lower left")
-    return Words(
-        caption="Accuracy against work, and far beyond double. Above: the same methods by the "
-        "number of right-hand sides, which does not depend on the implementation. Below: heyoka in "
-        "every arithmetic, by seconds. Related claim: NUM-03.",
-        alt="Two log-log panels: above, all methods lie close together and heyoka's falls most "
-        "steeply; below, heyoka's three arithmetics continue each other down to 1e-56.",
-    )
+    return {}
 
 
 @style.figure("hidden-by-conservation", [3.8])
-def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Words:
+def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Numbers:
     """The drift of lambda against the error of the state, a dot for each setting."""
     mine = conservation_scatter(rows)
     (panel,) = axes
@@ -112,18 +98,11 @@ def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Words:
     panel.set_xlabel(r"largest $|\lambda(t)/\lambda(0)-1|$")
     panel.set_ylabel("largest error of the state")
     style.legend(panel)
-    return Words(
-        caption="Errors that conservation hides: for every method and setting in double the "
-        "largest relative drift of lambda and the largest error of k, L, v (dimensionless), both "
-        "over 0 to 8 s of the reference scene. At the precision of order 1e-6 that the paper "
-        "reports for lambda (dashed) the state can be completely wrong. Related claim: NUM-03.",
-        alt="A scatter plot on logarithmic axes: all dots lie above the diagonal, most of them "
-        "by three to six decades.",
-    )
+    return {}
 
 
 @style.figure("growth-of-errors", lambda rows: [2.6] * rows["scene"].nunique())
-def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Words:
+def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Numbers:
     """The errors of lambda and E over long runs, every seed, their rms, and the square root."""
     names = {"jellett": r"$\lambda$", "energy": "$E$"}
     scenes = list(dict.fromkeys(rows["scene"]))
@@ -143,13 +122,7 @@ def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Words:
         panel.set_ylabel(f"relative error, {scene}")
         style.legend(panel)
     axes[-1].set_xlabel("t (s)")
-    return Words(
-        caption="Long runs in double: relative errors of lambda and E of each seed (thin), "
-        "their root mean square over the seeds (thick), and Brouwer's square-root law for "
-        "unbiased rounding (dashed). Related claim: NUM-03.",
-        alt="Two log-log panels: the errors of many seeds grow from 1e-16 along the dashed "
-        "line of slope one half.",
-    )
+    return {}
 
 
 def _methods(panel: Axes, rows: pandas.DataFrame, cost: str) -> None:
