@@ -148,7 +148,7 @@ def figure_4(axes: list[Axes]) -> Numbers:
     axes[0].set_xlabel("")
     near = numpy.linspace(*MAGNIFIED, 801)
     close = REFERENCE.columns(["E_pot", "E_trans"], list(near))
-    for panel, name in zip(axes[1:], close, strict=True):
+    for panel, name in zip(axes[1:], ("E_pot", "E_trans"), strict=True):
         symbol, colour = CURVES[name]
         panel.plot(near, MILLI * close[name], color=colour)
         panel.set(ylabel=f"{symbol} (mJ)", xlim=MAGNIFIED)

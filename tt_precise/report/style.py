@@ -21,31 +21,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 __all__ = [
-    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "curve", "drawing",
+    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "curve",
     "figure", "legend", "moments", "note", "svg_text", "thinned",
 ]  # fmt: skip
 P = ParamSpec("P")
 Numbers = Mapping[str, Any]  # Numbers of a caption, by their names in ``templates/words.md``.
-Heights = Sequence[float] | Callable[..., Sequence[float]]
 WIDTH = 5.6  # Width of a figure in inches.
 DECIMALS = 1  # Decimals of a point (1/72 inch): a seventh of a pixel.
 LETTERS = "'DejaVu Sans', Verdana, sans-serif"  # Verdana's letters are as wide.
 
 
-def drawing(
-    heights: Heights, *, shared_time: bool = True
-) -> Callable[[Callable[Concatenate[list[Axes], P], Numbers]], Callable[P, tuple[str, Numbers]]]:
-    """Make SVG text, and the numbers of its caption, of a function that draws into panels.
+def figure(
+    name: str,
+    heights: Sequence[float] | Callable[..., Sequence[float]],
+    *,
+    shared_time: bool = True,
+) -> Callable[[Callable[Concatenate[list[Axes], P], Numbers]], Callable[P, Figure]]:
+    """Make a ``Figure`` of a function that draws into panels and returns its caption's numbers.
 
     The panels lie below each other. ``heights`` in inches, or a function of the same arguments that
     gives them.
     """
 
-    def decorate(
-        draw: Callable[Concatenate[list[Axes], P], Numbers],
-    ) -> Callable[P, tuple[str, Numbers]]:
+    def decorate(draw: Callable[Concatenate[list[Axes], P], Numbers]) -> Callable[P, Figure]:
         @wraps(draw)
-        def render(*args: P.args, **kwargs: P.kwargs) -> tuple[str, Numbers]:
+        def make(*args: P.args, **kwargs: P.kwargs) -> Figure:
             inches = heights(*args, **kwargs) if callable(heights) else heights
             with plotting.styled():
                 picture = plotting.new_figure(WIDTH, sum(inches) + 0.4)
@@ -53,24 +53,7 @@ def drawing(
                     len(inches), 1, sharex=shared_time, squeeze=False, height_ratios=inches
                 )[:, 0]
                 numbers = draw(list(axes), *args, **kwargs)
-                return svg_text(picture), numbers
-
-        return render
-
-    return decorate
-
-
-def figure(
-    name: str, heights: Heights, *, shared_time: bool = True
-) -> Callable[[Callable[Concatenate[list[Axes], P], Numbers]], Callable[P, Figure]]:
-    """Make a ``Figure`` of a function that draws into panels and returns its caption's numbers."""
-
-    def decorate(draw: Callable[Concatenate[list[Axes], P], Numbers]) -> Callable[P, Figure]:
-        render = drawing(heights, shared_time=shared_time)(draw)
-
-        @wraps(draw)
-        def make(*args: P.args, **kwargs: P.kwargs) -> Figure:
-            return Figure.of(name, *render(*args, **kwargs))
+                return Figure.of(name, svg_text(picture), numbers)
 
         return make
 
