@@ -24,7 +24,7 @@ MARKS = {
     "reproduced": "✓", "rounded": "≈", "partly": "◑", "ambiguous": "?", "misprint": "M",
     "refuted": "✗", "untestable": "–",
 }  # fmt: skip
-WORDS = Path(__file__).parent / "templates" / "words.md"
+TEMPLATES = Path(__file__).parent / "templates"
 _PLACED = re.compile(r"\[([\w-]+)\] ?(.*)")
 _FOLDED = re.compile(r"> ([^:]+): (.*)")
 
@@ -198,7 +198,7 @@ class Report:
 @cache
 def words() -> Mapping[tuple[str, str], Sequence[str]]:
     """Return the paragraphs of ``words.md`` by level and name; a section's first is its title."""
-    text = WORDS.read_text("utf-8")
+    text = (TEMPLATES / "words.md").read_text("utf-8")
     parts = re.split(r"^(##?) ([\w-]+)(?:: (.+))?\n", text, flags=re.MULTILINE)[1:]
     entries = {}
     for level, name, title, body in zip(*(parts[i::4] for i in range(4)), strict=True):

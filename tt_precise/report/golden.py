@@ -8,11 +8,12 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 import numpy
+from jinja2 import Template
 
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import TableProof
 from tt_precise.report import style
-from tt_precise.report.document import Block, Figure, PageTable, Panel, Section
+from tt_precise.report.document import TEMPLATES, Block, Figure, PageTable, Panel, Section
 from tt_precise.report.style import Numbers, figure
 from tt_precise.runtime.values import InputError, Json
 
@@ -152,15 +153,19 @@ def _digits(ball: dict[str, str]) -> int:
 
 # ---- figures ------------------------------------------------------------------------------------
 
-PANELS_A_ROW = 5  # Panels in a row of the figure's file; a page sets their number by its width.
-PANEL, CELL = (120, 36), (132, 66)  # Width and height of a graph, and of its cell in the file.
+PANEL = (120, 36)  # Width and height of a graph.
+CELL = {"columns": 5, "width": 132, "height": 66}  # Cells of the figure's file, a graph in each.
 BINS = 60  # Time bins of a graph; each keeps its extremes.
 
 
 def every_scene(names: Sequence[str]) -> Figure:
     """Draw theta over time in each scene."""
     panels = [_panel(name) for name in names]
-    return Figure.of("golden-scenes", _file_of(panels), {"scenes": len(names)}, panels)
+    template = Template((TEMPLATES / "panels.svg.j2").read_text("utf-8"), autoescape=True)
+    colours = {"letters": style.LETTERS, "grey": style.GREY, "blue": style.BLUE}
+    rows = math.ceil(len(panels) / CELL["columns"])
+    svg = template.render(panels=panels, rows=rows, **CELL, **colours)
+    return Figure.of("golden-scenes", f"{svg}\n", {"scenes": len(names)}, panels)
 
 
 def _panel(name: str) -> Panel:
@@ -176,26 +181,6 @@ def _panel(name: str) -> Panel:
     status = stored.manifest["status"]
     end = "" if status == "complete" else f"{status.replace('_', ' ')} at "
     return Panel(name, stored.manifest["title"], f"{end}{times[-1]:.3g} s", "M" + "L".join(points))
-
-
-def _file_of(panels: Sequence[Panel]) -> str:
-    """Return the panels as one SVG file, row after row."""
-    width, height = CELL
-    rows = math.ceil(len(panels) / PANELS_A_ROW)
-    cells = "".join(
-        f'<g transform="translate({width * (number % PANELS_A_ROW)} '
-        f'{height * (number // PANELS_A_ROW)})"><text x="0" y="10">{panel.name}</text>'
-        f'<path d="M0 16H{PANEL[0]}" stroke="{style.GREY}" stroke-dasharray="2 2"/>'
-        f'<path d="M0 48H{PANEL[0]}" stroke="{style.GREY}"/>'
-        f'<path transform="translate(0 14)" d="{panel.path}" stroke="{style.BLUE}"/>'
-        f'<text x="0" y="59" fill="#505050" font-size="7.5">{panel.facts}</text></g>'
-        for number, panel in enumerate(panels)
-    )
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="-2 0 {width * PANELS_A_ROW} '
-        f'{height * rows}" font-family="{style.LETTERS}" font-size="9" stroke-width="0.8">'
-        f"<style>path{{fill: none}}</style>{cells}</svg>\n"
-    )
 
 
 @figure("proved-digits", lambda digits: [0.155 * len(digits) + 0.5])

@@ -17,12 +17,13 @@ from tt_precise.claims import JudgedClaim, Verdict, counts
 from tt_precise.claims.committed import Committed, JudgingRun
 from tt_precise.claims.paper import HEADLINES, SECTIONS
 from tt_precise.claims.verdicts import RULES
-from tt_precise.golden import store
+from tt_precise.golden import load
 from tt_precise.report.document import Card, ClaimList, Overview, Section, table
 from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
+from tt_precise.scene.scene import load_scene
 
 DIGITS = 8  # Digits of a number on the first screen.
 DRIFT, RATIO, END = "NUM-03", "NUM-22", "NUM-05"  # Claims with the numbers of the first screen.
@@ -141,18 +142,12 @@ def motion(begin: float, end: float) -> dict[str, Json]:
 
     The climb lasts from ``begin`` to ``end``, in s.
     """
-    stored = store.read_files(TRACK)
-
-    def numbers(name: str) -> list[float]:
-        return [float(cell) for cell in stored.trajectory.column(name)]
-
-    alpha, radius = float(stored.scene.body.alpha), float(stored.scene.body.R)
-    course = {name: numbers(name) for name in ("theta", "phi", "psi")}
+    frame = load(TRACK).astype(float)
+    body = load_scene(TRACK).body.numbers(float)
+    course = {name: frame[name].tolist() for name in ("theta", "phi", "psi")}
     # the contact point lies below the sphere's centre, which is R alpha k from the centre of mass
-    for name, axis in (("x", "kx"), ("y", "ky")):
-        pairs = zip(numbers(name), numbers(axis), strict=True)
-        course[name] = [mass / radius + alpha * k for mass, k in pairs]
-    times = numbers("t")
+    for name in ("x", "y"):
+        course[name] = (frame[name] / body.R + body.alpha * frame[f"k{name}"]).tolist()
     text = Markup(
         f"The reference solution, drawn from <code>reference_data/{TRACK}</code>, golden data with "
         "34 digits: the top starts upright, its contact point glides along the loop, and between "
@@ -160,5 +155,5 @@ def motion(begin: float, end: float) -> dict[str, Json]:
         "where the table is."
     )
     return player.drawing(
-        times[1] - times[0], course, title="The top turning over", words=text, first=2.6, rest=5.2
+        float(frame["t"][1]), course, title="The top turning over", words=text, first=2.6, rest=5.2
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable
 
 from tt_precise.exact.thresholds import thresholds
 from tt_precise.report import solution, starts
@@ -17,25 +17,23 @@ SHOWN = 20  # Digits of a threshold on the page.
 
 def reference() -> Section:
     """The reference solution in pictures."""
-    figures = (
-        solution.figure_2, solution.figure_3, solution.figure_4, solution.figure_5,
+    return _pictures(
+        "figures", solution.figure_2, solution.figure_3, solution.figure_4, solution.figure_5,
         solution.figure_6, solution.figure_7, solution.figure_8, solution.deforming_potential,
         solution.axis_at_the_pole,
     )  # fmt: skip
-    return _pictures("figures", (draw() for draw in figures))
 
 
 def other_starts() -> Section:
     """Other starts: sweeps of section 2.2, and two maps."""
-    figures = (
-        starts.times_by_precession, starts.times_by_inclination, starts.map_of_friction_and_spin,
-        starts.map_of_precession_and_spin,
+    return _pictures(
+        "starts", starts.times_by_precession, starts.times_by_inclination,
+        starts.map_of_friction_and_spin, starts.map_of_precession_and_spin,
     )  # fmt: skip
-    return _pictures("starts", (draw() for draw in figures))
 
 
-def _pictures(key: str, figures: Iterable[Figure]) -> Section:
-    return Section.of(key, {figure.name: figure for figure in figures}, {})
+def _pictures(key: str, *functions: Callable[[], Figure]) -> Section:
+    return Section.of(key, {figure.name: figure for figure in (draw() for draw in functions)}, {})
 
 
 def conservation() -> Section:
