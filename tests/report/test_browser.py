@@ -5,8 +5,7 @@ from __future__ import annotations
 import base64
 import re
 import shutil
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,6 @@ WIDTHS = {390: 844, 768: 1024, 1400: 900}
 HIGHEST_AT_1400 = 15_000  # Pixels of the page while everything is folded.
 LARGEST = 2_500_000  # Bytes of the page.
 MOST_PAGES = 40  # Printed pages.
-PATIENCE_S = 20  # Seconds until a condition has to hold.
 
 # Elements that stick out to the right, and formulas of errata that are cut off.
 OVERFLOWING = """
@@ -53,14 +51,6 @@ class Page:
         for log in ("browser", "performance"):
             self.driver.get_log(log)
         self.driver.get(PAGE.as_uri() + hash)
-        self.until(lambda: self.run("return document.readyState === 'complete'"))
-
-    def until(self, condition: Callable[[], bool]) -> None:
-        """Wait for a condition, for which a loaded machine may need seconds."""
-        end = time.monotonic() + PATIENCE_S
-        while not condition():
-            assert time.monotonic() < end
-            time.sleep(0.05)
 
     def each(self, selector: str, value: str = "e.id") -> Any:
         script = f"return [...document.querySelectorAll(arguments[0])].map(e => {value})"
@@ -130,9 +120,9 @@ def test_links_lead_to_claims_and_filters_show_as_many_as_they_say(page: Page) -
 
 def test_the_top_moves_stops_and_can_be_dragged(page: Page) -> None:
     page.open(reduced_motion="no-preference")
-    time_now = "return document.getElementById('top-time').value"
-    first = page.run(time_now)
-    page.until(lambda: page.run(time_now) != first)
+    (first,) = page.each("#top-time", "e.value")
+    wait = pytest.importorskip("selenium.webdriver.support.ui").WebDriverWait(page.driver, 20)
+    wait.until(lambda _: page.each("#top-time", "e.value") != [first])
     page.run("document.getElementById('top-play').click()")
     assert page.each("#top-play", "e.textContent") == ["Play"]
     page.run("""

@@ -44,11 +44,3 @@ def test_a_figure_has_its_words_and_short_paths() -> None:
 
 def test_the_same_data_give_the_same_text() -> None:
     assert wave(0.0).svg == wave(0.0).svg != wave(0.1).svg
-
-
-def test_no_extremum_is_lost_where_a_curve_is_thinned() -> None:
-    spiked = WAVE.copy()
-    spiked[12_345] = 7.0
-    kept = spiked[style.thinned(TIMES, spiked)]
-    assert len(kept) < len(TIMES) / 4
-    assert (kept.max(), kept.min()) == (7.0, spiked.min())
