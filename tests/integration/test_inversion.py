@@ -165,24 +165,6 @@ def test_the_times_of_the_climb_have_their_errors(
         assert errors[name] < largest, name
 
 
-def test_wide_times_print_the_digits_that_are_right() -> None:
-    found = integrate("reference", digits=12).inversion
-    assert str(found.equator).startswith("5.8797495180457992")
-    assert len(str(found.A.t_init).split(" +- ")[0]) < 20
-    assert " +- " in found._repr_html_()
-    assert f"{float(found.A.duration):.6g} s" in found._repr_html_()  # It carries no error.
-
-
-def test_errors_of_wide_times_are_computed_when_they_are_printed() -> None:
-    run = integrate("reference", "double-double", tolerance=1e-15)
-    time = run.inversion.equator
-    assert "+-" not in str(time)
-    assert not run.errors.available
-    assert run.digits > 12
-    assert "inversion_errors" not in run.__dict__
-    assert " +- " in str(time)
-
-
 def test_a_time_that_is_not_there_has_no_error() -> None:
     assert integrate("upright").inversion_errors == {}
     assert list(integrate("regularised-1e-2").inversion_errors) == [

@@ -1,8 +1,12 @@
-"""Trajectories: what must be conserved is, what must agree does, and spoiled equations show."""
+"""Trajectories: conserved quantities, agreement of formulations, spoiled equations, and the API."""
 
 import itertools
+import pickle
+import re
+import sys
 from collections.abc import Callable
 from fractions import Fraction
+from types import ModuleType
 from typing import Any
 
 import numpy
@@ -13,35 +17,35 @@ from tests.conftest import more
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import Scene, load_scene
 
+ANY_INTEGRATE: Any = integrate  # Takes arguments of wrong types.
 NEWTON = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 Spoiler = Callable[[str, Callable[[Any, Any], Any]], None]
 
 
-def digits_between(one: Trajectory, other: Trajectory) -> float:
-    """Significant digits in which the Euler states at the end agree, at the worst entry."""
-    context = one.precision.context
-    pairs = [[context.mpf(t.state.values[name]) for t in (one, other)] for name in EULER]
-    apart = max(abs(a - b) / abs(b) for a, b in pairs)
-    return float(-context.log10(apart)) if apart else one.precision.decimals
+def digits_between(run: Trajectory, other: Trajectory) -> float:
+    """Significant digits in which the Euler states at the end agree, of the worst component."""
+    context = run.precision.context
+    pairs = [[context.mpf(t.state.values[name]) for t in (run, other)] for name in EULER]
+    distance = max(abs(a - b) / abs(b) for a, b in pairs)
+    return float(-context.log10(distance)) if distance else run.precision.decimals
 
 
-def test_lambda_holds(double: Trajectory, quad: Trajectory, half: Scene) -> None:
-    assert 0 < double.drift["jellett"] < 1e-14  # the bars, relative, at 8 s
+def test_lambda_is_conserved(double: Trajectory, quad: Trajectory, half: Scene) -> None:
+    assert 0 < double.drift["jellett"] < 1e-14  # relative, at 8 s
     assert double.drift["axis_norm"] < 1e-14
     assert 0 < quad.drift["jellett"] < quad.precision.context.mpf("1e-32")
     assert 0 < integrate(half, "mp").drift["jellett"] < 1e-58  # to half a second
 
 
 def test_newton_and_euler_agree(half: Scene, half_quad: Trajectory) -> None:
-    angles = integrate(half, "quad", formulation="euler")
-    assert digits_between(angles, half_quad) > 28
+    assert digits_between(integrate(half, "quad", formulation="euler"), half_quad) > 28
 
 
 @pytest.mark.slow
-def test_the_bars_to_the_end(reference: Scene, quad: Trajectory) -> None:
+def test_newton_and_euler_agree_to_the_end(reference: Scene, quad: Trajectory) -> None:
     assert 0 < integrate(reference, "mp").drift["jellett"] < 1e-56
     assert digits_between(integrate(reference, "quad", formulation="euler"), quad) > 28
 
@@ -49,28 +53,27 @@ def test_the_bars_to_the_end(reference: Scene, quad: Trajectory) -> None:
 @pytest.mark.parametrize(
     "scene", ["rolling", more("frictionless"), more("phi-dot-195"), "upright", "inverted"]
 )
-def test_everything_that_a_scene_conserves_holds(scene: str) -> None:
-    trajectory = integrate(scene, "extended")
-    assert trajectory.status == "complete"
-    top = trajectory.scene
-    names = {integral.name for integral in conserved(top.model, top.body)}
-    assert set(trajectory.drift) == names >= {"jellett", "axis_norm"}
-    for name, drift in trajectory.drift.items():
-        # 1,400 steps of eps 1.1e-19, at random
-        assert drift < 100 * trajectory.precision.eps, name
+def test_all_integrals_of_a_scene_are_conserved(scene: str) -> None:
+    run = integrate(scene, "double-double")
+    assert run.status == "complete"
+    names = {integral.name for integral in conserved(run.scene.model, run.scene.body)}
+    assert set(run.drift) == names >= {"jellett", "axis_norm"}
+    for name, drift in run.drift.items():
+        assert drift < 1000 * run.precision.eps, name  # 1,000 steps of an eps, at random
 
 
 @pytest.mark.parametrize("scene", ["rolling", "frictionless"])
 def test_both_formulations_conserve_and_agree(scene: str) -> None:
     vectors, angles = (
-        integrate(scene, "extended", until="0.5", formulation=form) for form in ("newton", "euler")
+        integrate(scene, "double-double", until="0.5", formulation=form)
+        for form in ("newton", "euler")
     )
-    assert max(angles.drift.values()) < 100 * angles.precision.eps
+    assert max(angles.drift.values()) < 1000 * angles.precision.eps
     assert set(vectors.drift) - set(angles.drift) <= {"axis_norm", "momentum_x", "momentum_y"}
     for name in EULER:
-        scale = abs(vectors.frame(name, numbers="float")[name]).max()
-        apart = abs(vectors.state.values[name] - angles.state.values[name])
-        assert apart < 1e-15 * scale or apart == 0, name
+        scale = abs(vectors.frame(name)[name]).max()
+        distance = abs(vectors.state.values[name] - angles.state.values[name])
+        assert distance <= 1e-27 * scale, name
 
 
 SPOILED = {
@@ -84,17 +87,14 @@ SPOILED = {
 def test_a_term_off_by_1e_10_shows(
     half: Scene, half_quad: Trajectory, spoiled_rates: Spoiler, term: str
 ) -> None:
-    honest = integrate(half)
+    run = integrate(half)
     spoiled_rates("newton", SPOILED[term])
     wrong = integrate(half)
-    assert digits_between(honest, half_quad) > 11
-    assert digits_between(wrong, half_quad) < 11
-    if term == "friction":
-        # L does not feel how v came about: lambda alone would not have noticed
+    assert digits_between(run, half_quad) > 11 > digits_between(wrong, half_quad)
+    if term == "friction":  # L does not depend on the cause of v: lambda alone does not show it
         assert wrong.drift["jellett"] < 1e-14
-    else:
-        # 85 steps round by less than an eps each, at random
-        assert honest.drift["jellett"] < 10 * 2.0**-52
+    else:  # 85 steps round by less than an eps each, at random
+        assert run.drift["jellett"] < 10 * 2.0**-52
         assert wrong.drift["jellett"] > 5 * 10 * 2.0**-52
 
 
@@ -108,28 +108,28 @@ def test_a_term_of_the_euler_form_off_by_1e_27_shows(
 
 
 def test_a_wrong_constant_conserves_but_does_not_agree(half: Scene, half_quad: Trajectory) -> None:
-    trajectory = integrate(half.perturbed(alpha="1e-25"), "quad")
-    assert trajectory.drift["jellett"] < 1e-32
-    assert digits_between(trajectory, half_quad) < 27
+    run = integrate(half.perturbed(alpha="1e-25"), "quad")
+    assert run.drift["jellett"] < 1e-32
+    assert digits_between(run, half_quad) < 27
 
 
-def test_drift_is_computed_finer_than_the_numbers_are(double: Trajectory) -> None:
+def test_drifts_are_computed_in_a_finer_arithmetic(double: Trajectory) -> None:
     """In double the evaluation alone would err by some eps at each sample."""
-    at_start = double.drift_over_time()["jellett"]
-    assert len(at_start) == 801
-    assert at_start[0] < 2.0**-52
-    assert max(at_start) == double.drift["jellett"]
-    assert all(drift == 0 or drift > 2.0**-110 for drift in at_start)
+    drifts = double.drift_over_time()["jellett"]
+    assert len(drifts) == 801
+    assert drifts[0] < 2.0**-52
+    assert max(drifts) == double.drift["jellett"] == double.drift["lambda"]
+    assert all(drift == 0 or drift > 2.0**-110 for drift in drifts)
 
 
-def test_drift_counts_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) -> None:
+def test_drifts_count_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) -> None:
     spoiled_rates("newton", SPOILED["torque"])
     wrong = integrate(half, sample_every=1)
     assert list(wrong.sample_times) == [0, Fraction(1, 2)]
     assert wrong.drift["jellett"] > 1e-14
 
 
-def test_what_a_trajectory_says_of_itself(double: Trajectory, rough: Scene) -> None:
+def test_attributes_of_a_trajectory(double: Trajectory, rough: Scene) -> None:
     assert "reference: complete, t_end = 8.0 s, double" in repr(double)
     assert (double.precision.name, double.formulation, double.order) == ("double", "newton", 21)
     assert 1000 < double.steps < 2000
@@ -144,34 +144,111 @@ def test_what_a_trajectory_says_of_itself(double: Trajectory, rough: Scene) -> N
 
 def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> None:
     times = [0, 0.25, 0.5]
-    for trajectory, kind in ((double, float), (half_quad, object)):
-        several = trajectory.at(numpy.array(times))
+    for run, kind in ((double, float), (half_quad, object)):
+        several = run.at(numpy.array(times))
         assert several.theta.shape == several.t.shape == (3,)
         assert several.theta.dtype == kind
-        for one, name in itertools.product(range(3), ("t", "theta", "vx")):
-            assert getattr(several, name)[one] == getattr(trajectory.at(times[one]), name)
-        assert several.as_text()["kz"] == [trajectory.at(t).as_text()["kz"] for t in times]
+        for i, name in itertools.product(range(3), ("t", "theta", "vx")):
+            number = getattr(run.at(times[i]), name)
+            assert abs(getattr(several, name)[i] - number) <= 4 * run.precision.eps * abs(number)
     for single in (0.25, "0.25"):
         assert double.frame("theta", times=single)["theta"].tolist() == [double.at(single).theta]
-    with pytest.raises(InputError, match=r"t: got 9 s, expected 0 to 8 s"):
-        double.at([1, 9])
-    with pytest.raises(InputError, match="t: got 'now'"):
-        double.at(["now"])
 
 
-def test_what_people_try_first_works_or_says_what_to_write(half: Scene) -> None:
-    run = tt.integrate(half, until="0.1")
-    assert list(run.frame("t", "theta,E").columns) == ["t", "theta", "E"]
-    assert run.drift["lambda"] == run.drift["jellett"]
-    with pytest.raises(KeyError, match="drift:E"):
-        run.drift["E"]
-    with pytest.raises(InputError, match=r"event: got 'E', .* such as extremum:E,"):
-        tt.integrate(half, events=["E"])
-    with pytest.raises(InputError, match=r"column: got 'mine', .*tt\.quantity\(function, unit\)"):
-        run.frame("mine")
-    with pytest.raises(InputError, match="got True, expected names, such as"):
-        tt.integrate(half, sensitivity=True)  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match=r"conservation\(\) missing"):
-        tt.check.conservation("mine.csv")  # type: ignore[call-arg]
-    with pytest.raises(AttributeError, match="did you mean 'omega_3'"):
-        run.state.omega3  # noqa: B018
+@pytest.mark.parametrize(
+    ("read", "message"),
+    [
+        (lambda run: run.at([1, 9]), r"t: got 9 s, expected 0 to 8 s"),
+        (lambda run: run.at(9), r"t: got 9 s, expected 0 to 8 s"),
+        (lambda run: run.at(["now"]), "t: got 'now'"),
+        (lambda run: run.frame("mine"), r"column: got 'mine', .*tt\.quantity\(function, unit\)"),
+        (lambda run: run.frame(numbers="rational"), "numbers: got 'rational'"),
+        (lambda run: run.frame("error:theta", times=[1]), "times: got times with "),
+        (lambda run: integrate("reference").event_frame("g_n"), "that looked for no events"),
+        (lambda run: ANY_INTEGRATE("reference", events=["E"]), "event: got 'E', .* as extremum:E,"),
+        (
+            lambda run: ANY_INTEGRATE("reference", sensitivity=True),
+            "got True, expected names, such as",
+        ),
+        (lambda run: ANY_INTEGRATE("reference", "quad", digits=5), "digits: got a precision too"),
+        (lambda run: ANY_INTEGRATE({"model": "gliding"}), "scene: got "),
+    ],
+)
+def test_unusable_arguments_are_refused(
+    double: Trajectory, read: Callable[[Trajectory], Any], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        read(double)
+
+
+def test_lists_are_names_too(half: Scene) -> None:
+    scene = half.varied(record=["phi"], events=["equator"], until="0.1")
+    run = integrate(scene)
+    assert run.setup.record == ("phi",)
+    assert list(integrate(scene).frame(["t", "theta"], "theta,E").columns) == ["t", "theta", "E"]
+
+
+def test_estimated_errors_are_columns(half: Scene) -> None:
+    run = integrate(half, digits=5)
+    frame, errors = run.frame("theta", "error:theta", "digits"), run.error_over_time("theta")
+    assert list(frame.columns) == ["t", "theta", "error:theta", "digits"]
+    assert (frame["error:theta"] == errors["theta"]).all()
+    assert (frame["digits"] == errors["digits"]).all()
+    text = run.table("error:theta", numbers="text")
+    assert [float(x) for x in text["error:theta"]] == list(errors["theta"])
+
+
+def test_events_in_every_kind_of_number(half: Scene) -> None:
+    run = integrate(half, "double-double", events=["extremum:g_n"])
+    columns = ("g_n", "error:g_n", "error:t")
+    exact, text, doubles = (
+        run.event_frame(*columns, numbers=kind) for kind in ("exact", "text", "float")
+    )
+    assert exact["g_n"].astype(float).tolist() == doubles["g_n"].tolist()
+    assert text["error:g_n"].astype(float).tolist() == doubles["error:g_n"].tolist()
+    assert len(text["g_n"][0]) > 30
+    assert len(exact) == run.event_counts["extremum:g_n"] == len(run.event_errors())
+
+
+def test_the_table_of_a_notebook(short: Scene) -> None:
+    """Outcome, digits, five digits of each number with its unit, events."""
+    run = integrate(short, events="theta_min")
+    html = run._repr_html_()
+    digits = f"{run.digits:.1f}"
+    for text in ("complete", digits, f">{run.state.theta:#.5g} rad<", "theta_min", "double"):
+        assert text in html
+    assert max(map(len, re.findall(r"<td[^>]*>([^<]*)<", html))) < 30
+    assert f"{run.state.theta!r}" not in html
+    slow = integrate(short, "quad")
+    assert "correct digits" not in slow._repr_html_()
+    assert not slow.errors.available
+
+
+@pytest.mark.parametrize(("precision", "silent"), [("quad", False), ("double", True)])
+def test_a_slow_precision_shows_its_progress_in_a_notebook(
+    short: Scene,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    precision: str,
+    silent: bool,
+) -> None:
+    """Elsewhere but on a terminal it is silent."""
+    integrate(short, precision)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setitem(sys.modules, "ipykernel", ModuleType("ipykernel"))
+    integrate(short, precision)
+    assert (capsys.readouterr().err == "") == silent
+
+
+def test_a_pickle_integrates_again(short: Scene) -> None:
+    run = integrate(short, "double-double", events="theta_min")
+    again = pickle.loads(pickle.dumps(run))
+    assert again.state.values == run.state.values
+    assert again.event_counts == run.event_counts
+    assert len(pickle.dumps(run)) < 10_000
+
+
+def test_names_of_the_package_are_its_own() -> None:
+    assert tt.load_scene is load_scene
+    with pytest.raises(AttributeError):
+        tt.integrate("reference", until="0.01").energy  # type: ignore[attr-defined]  # noqa: B018

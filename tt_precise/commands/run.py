@@ -208,7 +208,9 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     "--plot", type=click.Path(dir_okay=False), help="Plot the trajectory (.svg, .png or .pdf)."
 )
 @click.option(
-    "--animate", type=click.Path(dir_okay=False), help="Animate the top (.gif, .html or .mp4)."
+    "--animate",
+    type=click.Path(dir_okay=False),
+    help="Write a page (.html) on which the top moves.",
 )
 @options.JSON
 def command(
@@ -290,8 +292,7 @@ def command(
             progress=progress,
         )
     if out is not None:
-        with progress_bar(f"reading {loaded.name}") as progress:
-            table = trajectory.table(*wanted, numbers="text", progress=progress)
+        table = trajectory.table(*wanted, numbers="text")
         if trajectory.precision.name == "double" and not tables.format_of(out).text:
             table = {
                 name: [None if text is None else float(text) for text in column]
@@ -303,8 +304,7 @@ def command(
 
         save(trajectory.plot(*wanted), plot)
     if animate is not None:
-        with progress_bar(f"drawing {loaded.name}") as progress:
-            trajectory.animate(animate, progress=progress)
+        trajectory.animate(animate)
     outcome = answers(trajectory, exactly=digits is not None)
     content = summary(trajectory, outcome, wanted, exactly=digits is not None)
     options.emit(as_json, content, lines(trajectory, outcome, wanted))

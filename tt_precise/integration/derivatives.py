@@ -24,7 +24,7 @@ from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import InputError, Scalar, require_name
+from tt_precise.runtime.values import InputError, Scalar, require_name, shortened
 from tt_precise.scene.numerals import LARGEST, PI, written
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import Inclination
@@ -321,16 +321,18 @@ def _value(scene: Scene, name: str) -> Fraction:
 
 def _sigma(scene: Scene, name: str, sigma: Scalar) -> Fraction:
     """A standard deviation of an entry in its unit; text such as "5 %" is a part of its value."""
-    what, text = f"spread: {name}", str(sigma).strip()
-    if text.endswith("%"):
+    what = f"spread: {name}"
+    if isinstance(sigma, str) and sigma.rstrip().endswith("%"):
         value = _value(scene, name)
         if name == "theta" and scene.start.theta.from_pi:
             value = PI - value
-        exact = abs(value) * written(text.removesuffix("%"), what) / 100
+        exact = abs(value) * written(sigma.rstrip().removesuffix("%"), what) / 100
     else:
         exact = written(sigma, name, what)
     if not 0 <= exact <= LARGEST:
-        raise InputError(f"{what}: got {sigma}, expected a standard deviation, from 0 on")
+        raise InputError(
+            f"{what}: got {shortened(sigma)}, expected a standard deviation, from 0 on"
+        )
     return exact
 
 

@@ -10,6 +10,7 @@ import bisect
 import threading
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache, partial
@@ -21,7 +22,7 @@ from tt_precise.integration.events import LEAVES
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
 from tt_precise.integration.setup import Setup, full_tolerance, require_contact
-from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.terminal import Progress, progress_bar
 from tt_precise.runtime.values import InputError, Memory, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
@@ -177,6 +178,7 @@ class Solution(TimeSpan, Memory):
         return self.precision.is_float and self.precision.in_long_double
 
 
+SLOW = ("quad", "mp")  # Precisions that take seconds to minutes, and show their progress.
 MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
 
 
@@ -232,7 +234,10 @@ def solve(
             few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
             made = partial(SampleTimes.of, scene, start)
             samples = start.once(SampleTimes, made) if few else None
-            segments = tuple(backend.run(scene, setup, start, samples, progress))
+            silent = progress is not None or setup.precision.name not in SLOW
+            title = f"{scene.name} in {setup.precision.name}"
+            with nullcontext(progress) if silent else progress_bar(title) as report:
+                segments = tuple(backend.run(scene, setup, start, samples, report))
             return Solution(scene, setup, start, segments, opposite_rounding)
     raise InputError(reason or f"{scene.name}: got no backend")
 

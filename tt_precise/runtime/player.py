@@ -82,7 +82,8 @@ def drawing(
         **{n: [round(v, DECIMALS[n]) for v in values] for n, values in course.items()},
     }  # fmt: skip
     return {
-        "key": "", "title": title, "words": words, "end": end, "map": mapped, "graph": graph,
+        "key": "", "controls": True, "title": title, "words": words, "end": end,
+        "map": mapped, "graph": graph,
         "bar": _round_number(MAP[2] / 3 / scale), "ticks": ticks, "played": played,
         "speeds": [(speed, SPEEDS[speed], speed == chosen) for speed in near],
         "track": path(
@@ -97,8 +98,8 @@ def drawing(
 
 
 def page(motions: Sequence[Mapping[str, Json]]) -> str:
-    """Return a page with the ``drawing`` of each motion, which play together."""
-    keyed = [{**motion, "key": n or ""} for n, motion in enumerate(motions)]
+    """Return a page with the ``drawing`` of each motion; one set of controls plays all."""
+    keyed = [{**motion, "key": n or "", "controls": False} for n, motion in enumerate(motions)]
     return _environment().get_template("page.html.j2").render(motions=keyed)
 
 

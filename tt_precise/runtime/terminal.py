@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import re
 import sys
@@ -62,8 +63,19 @@ def silent(fraction: float) -> None:
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Progress]:
-    """A progress bar if stderr is a terminal, removed when done; else ``silent``."""
-    if not sys.stderr.isatty():
+    """A progress bar on a terminal, percents in a notebook, removed when done; else ``silent``."""
+    if "ipykernel" in sys.modules:  # where rich would need ipywidgets
+        percents = set[int]()
+
+        def write(fraction: float) -> None:
+            if (percent := int(100 * fraction)) not in percents:
+                percents.add(percent)
+                print(f"\r{label}: {percent} %", end="", file=sys.stderr, flush=True)
+
+        yield write
+        print(f"\r{' ' * (len(label) + 8)}\r", end="", file=sys.stderr, flush=True)
+        return
+    if not sys.stderr.isatty() or multiprocessing.parent_process():
         yield silent
         return
     from rich.markup import escape

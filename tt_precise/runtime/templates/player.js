@@ -1,13 +1,13 @@
-// Tops that turn over: figures of figure.html.j2, each played from the JSON in it. The controls of
-// the first move all.
+// Tops that turn over: figures of figure.html.j2, each played from the JSON in it. One set of
+// controls, of controls.html.j2, moves all.
 //
 // theta, phi and psi (rad), x and y of the point below the sphere's centre and lift of its lowest
 // point (radii) stand every `every` s; map and graph are positions in the drawing.
+const control = name => document.getElementById(`top-${name}`);
 const tops = [...document.querySelectorAll("figure.top")].map(figure => {
   const { every, begin, theta, phi, psi, x, y, lift, map, graph, trail: memory, first, rest } =
     JSON.parse(figure.querySelector("script").textContent);
   const at = name => figure.querySelector(`[id$="-${name}"]`);
-  const [slider, output] = ["time", "now"].map(at);
   const SIZE = 74, LEFT = 148, FLOOR = 232, TILT = 0.34;  // pixels a radius; view from above, rad
   const STEM = 1.75, ROUND = 0.2;  // length from the sphere's centre and round end, radii
   const end = (theta.length - 1) * every, digits = end < 1 ? 4 : 2;
@@ -71,16 +71,16 @@ const tops = [...document.querySelectorAll("figure.top")].map(figure => {
     place("on-map", [map.x0 + map.scale * here[0], map.y0 - map.scale * here[1]]);
     place("on-graph", [graph.x0 + graph.sx * t, graph.y0 - graph.sy * th]);
     at("angle").textContent = `θ = ${(th * 180 / Math.PI).toFixed(1)}°`;
-    slider.value = t;
-    slider.setAttribute("aria-valuetext", `${(begin + t).toFixed(2)} s, theta ${th.toFixed(3)} rad`);
-    output.textContent = `${(begin + t).toFixed(digits)} s`;
+    control("time").value = t;
+    control("time").setAttribute("aria-valuetext", `${(begin + t).toFixed(2)} s, theta ${th.toFixed(3)} rad`);
+    control("now").textContent = `${(begin + t).toFixed(digits)} s`;
   };
-  return { figure, at, slider, draw, end, first, rest };
+  return { figure, draw, end, first, rest };
 });
 if (tops.length) {
   const still = matchMedia("(prefers-reduced-motion: reduce)");
-  const { figure, at, slider, end, first, rest } = tops[0];
-  const [button, speed] = ["play", "speed"].map(at);
+  const { figure, end, first, rest } = tops[0];
+  const [button, slider, speed] = ["play", "time", "speed"].map(control);
   const draw = t => tops.forEach(top => top.draw(t));
   let now = rest, playing = false, last = 0;
   const step = stamp => {
@@ -98,7 +98,7 @@ if (tops.length) {
   };
   button.addEventListener("click", () => play(!playing));
   slider.addEventListener("input", () => { play(false); now = Number(slider.value); draw(now); });
-  at("controls").hidden = false;
+  control("controls").hidden = false;
   draw(now);
   if (!still.matches) { now = first; play(true); }
   still.addEventListener("change", () => { if (still.matches) play(false); });
