@@ -321,7 +321,7 @@ def test_a_picture_and_a_moving_picture(
 ) -> None:
     drawn: list[str] = []
     monkeypatch.setattr(Trajectory, "animate", lambda self, path, **_: drawn.append(path))
-    picture, moving = tmp_path / "run.svg", tmp_path / "run.gif"
+    picture, moving = tmp_path / "run.svg", tmp_path / "run.html"
     said(SHORT, "--plot", picture, "--animate", moving)
     assert picture.read_text("utf-8").rstrip().endswith("</svg>")
     assert drawn == [str(moving)]

@@ -223,7 +223,7 @@ def test_an_entry_without_an_effect_has_no_range() -> None:
     """Viscous friction is proportional to m: the rounding of runs is no effect."""
     table = integrate("kicked", until=4, sensitivity="m").sensitivity.spread({"m": "0.001"})
     assert (table["sigma"] < 1e-15 * table["value"].abs()).all()
-    assert set(table["note"]) == {""}
+    assert set(table["note"]) == {"m varied at fixed I1 (m R^2), I3 (m R^2)"}
 
 
 def test_a_pickle_keeps_the_names_of_the_entries() -> None:

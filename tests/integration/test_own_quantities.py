@@ -1,6 +1,5 @@
 """One's own functions of the motion, as columns and as events; and how numbers are shown."""
 
-import re
 from fractions import Fraction
 from functools import partial
 from typing import Any

@@ -133,7 +133,7 @@ def test_a_stiff_table_is_the_rigid_one(spring: str, power: float) -> None:
     [
         ("elastic-linear", '"linear"', '"wood"', "got 'wood', expected one of: linear, hunt"),
         ("elastic-linear", '"1000"', '"0"', "stiffness: got 0.*, expected a number above 0"),
-        ("elastic-linear", 'ing = "0.2"', 'ing = "-1"', "damping: got -1.*, expected at least 0"),
+        ("elastic-linear", 'ing = "0.2"', 'ing = "-1"', "damping: got -1.*, expected .*at least 0"),
         ("coulomb-flight", '"fly"', '"hover"', "lost: got 'hover', expected one of: end, fly"),
         ("coulomb-flight", 'lost = "fly"', 'stiffness = "1"', r"unknown key contact\.stiffness"),
         ("flight", 'height = "0.01"', 'height = "-1"', "start.height: got -1 in a flight scene"),

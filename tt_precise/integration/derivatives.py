@@ -25,7 +25,8 @@ from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar, require_name, shortened
-from tt_precise.scene.numerals import LARGEST, PI, written
+from tt_precise.scene.entries import kept_fixed, written
+from tt_precise.scene.numerals import LARGEST, PI
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import Inclination
 
@@ -149,6 +150,9 @@ class Derivatives:
             note = f"not passed by {float(self.run.t_end):g} s, the end of the run{_hint(later)}"
             rows["equator"] = dict.fromkeys(("value", "sigma", "low", "high"), math.nan)
             rows["equator"] |= {"note": note}
+        if kept := kept_fixed(exact, self.run.scene.sizes):
+            for row in rows.values():
+                row["note"] = f"{row['note']}; {kept}".removeprefix("; ")
         return pandas.DataFrame.from_dict(rows, orient="index")
 
     def _effect(self, name: str, sigma: Fraction, values: Callable[[Solution], Values]) -> Effect:
@@ -326,9 +330,9 @@ def _sigma(scene: Scene, name: str, sigma: Scalar) -> Fraction:
         value = _value(scene, name)
         if name == "theta" and scene.start.theta.from_pi:
             value = PI - value
-        exact = abs(value) * written(sigma.rstrip().removesuffix("%"), what) / 100
+        exact = abs(value) * written(sigma.rstrip().removesuffix("%"), what=what) / 100
     else:
-        exact = written(sigma, name, what)
+        exact = written(sigma, name, what, scene.body.in_file_units())
     if not 0 <= exact <= LARGEST:
         raise InputError(
             f"{what}: got {shortened(sigma)}, expected a standard deviation, from 0 on"
