@@ -234,7 +234,7 @@ class Trajectory:
         if times is not None:
             times = tuple(map(as_fraction, [times] if is_one(times) else times))
         columns = expanded(names or self.run.columns.names)
-        return named(table_with_errors(self.run, columns, times, numbers))
+        return columns_by_name(table_with_errors(self.run, columns, times, numbers))
 
     @property
     def errors(self) -> Errors:
@@ -264,7 +264,9 @@ class Trajectory:
         import pandas
 
         errors = Errors(self.run, [other.run for other in beside]) if beside else self.errors
-        return pandas.DataFrame(named(errors.over_time(expanded(names) or self.run.columns.names)))
+        return pandas.DataFrame(
+            columns_by_name(errors.over_time(expanded(names) or self.run.columns.names))
+        )
 
     def event_errors(self, *names: Any, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
@@ -275,7 +277,7 @@ class Trajectory:
         import pandas
 
         errors = Errors(self.run, [other.run for other in beside]) if beside else self.errors
-        columns = named(errors.events(expanded(names)))
+        columns = columns_by_name(errors.events(expanded(names)))
         return pandas.DataFrame({**columns, "t": self.events["t"].array})
 
     @cached_property
@@ -307,7 +309,7 @@ class Trajectory:
         import pandas
 
         require_name("numbers", numbers, get_args(Numbers))
-        columns = named(self.event_table(names))
+        columns = columns_by_name(self.event_table(names))
         if not len(columns["name"]):
             return pandas.DataFrame([], columns=list(columns))
         for name in columns.keys() - {"name", "direction"} if numbers != "exact" else ():
@@ -448,7 +450,7 @@ class Trajectory:
         return errors_of_times(self.run)
 
 
-def named(columns: Mapping[Any, Array]) -> dict[str, Array]:
+def columns_by_name(columns: Mapping[Any, Array]) -> dict[str, Array]:
     """Columns by their shown names."""
     return {getattr(name, "name", name): column for name, column in columns.items()}
 

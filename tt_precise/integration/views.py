@@ -48,7 +48,7 @@ def columns_of(
     """Columns in double by their shown names, also of estimated errors; ``times`` in s."""
     exact = None if times is None else list(map(as_fraction, times))
     columns = table_with_errors(run, names, exact, "float")
-    return {_shown(name): column for name, column in columns.items()}
+    return {_name(name): column for name, column in columns.items()}
 
 
 def figure(
@@ -74,7 +74,7 @@ def figure(
             _panel(place, run, samples, panel)
             for its_label, other in others.items():
                 curve = columns_of(other, panel)
-                place.plot(curve["t"], curve[_shown(panel[0])], label=its_label)
+                place.plot(curve["t"], curve[_name(panel[0])], label=its_label)
         if others:
             axes[0].lines[0].set_label(label)
         _events(axes[0], run, 1 + len(others))
@@ -90,7 +90,7 @@ def figure(
 def _panel(
     axes: Axes, run: Solution, samples: Mapping[str, Array], columns: Sequence[Name]
 ) -> None:
-    names, several = [_shown(column) for column in columns], len(columns) > 1
+    names, several = [_name(column) for column in columns], len(columns) > 1
     first = names[0].removeprefix(ERROR)
     for name in names:
         at = plotting.thinned(samples["t"], samples[name])
@@ -130,7 +130,7 @@ def _events(axes: Axes, run: Solution, curves: int) -> None:
         )  # fmt: skip
 
 
-def _shown(name: Name) -> str:
+def _name(name: Name) -> str:
     return str(getattr(name, "name", name))
 
 

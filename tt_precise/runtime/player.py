@@ -28,10 +28,8 @@ GRAPH = (34.0, 300.0, 474.0, 74.0)
 # Speeds of a play over that of the motion, with their labels.
 SPEEDS = {
     float(Fraction(speed)): f"speed {speed}"
-    for speed in (
-        "1/1000", "1/400", "1/100", "1/40", "1/20", "1/10", "1/4", "1", "4", "20",
-    )
-}  # fmt: skip
+    for speed in ("1/1000", "1/400", "1/100", "1/40", "1/20", "1/10", "1/4", "1", "4", "20")
+}
 WATCHED_S = 30.0  # Seconds of a whole play, about, at the speed that is chosen first.
 TRAIL_S = 0.9  # Seconds of the contact's track that are drawn on the table, at most.
 MOST_TICKS = 9
@@ -75,7 +73,6 @@ def drawing(
     ticks = [(round(left + graph["sx"] * t, 1), f"{begin + t:.6g}") for t in marks]
     ticks[-1] = ticks[-1][0], f"{ticks[-1][1]} s"
     chosen = min(SPEEDS, key=lambda speed: abs(math.log(speed * seconds / end)))
-    near = [speed for speed in SPEEDS if chosen / 30 < speed < chosen * 10]
     played = {
         "every": every, "begin": begin, "trail": min(TRAIL_S, end / 8), "first": first,
         "rest": end / 2 if rest is None else rest, "map": mapped, "graph": graph,
@@ -85,7 +82,7 @@ def drawing(
         "key": "", "controls": True, "title": title, "words": words, "end": end,
         "map": mapped, "graph": graph,
         "bar": _round_number(MAP[2] / 3 / scale), "ticks": ticks, "played": played,
-        "speeds": [(speed, SPEEDS[speed], speed == chosen) for speed in near],
+        "speeds": [(s, SPEEDS[s], s == chosen) for s in SPEEDS if chosen / 30 < s < chosen * 10],
         "track": path(
             (mapped["x0"] + mapped["scale"] * a, mapped["y0"] - mapped["scale"] * b)
             for a, b in zip(x, y, strict=True)
@@ -132,12 +129,9 @@ def _environment() -> Environment:
 def _round_number(value: float, *, up: bool = False) -> Any:
     """The nearest 1, 2 or 5 times a power of ten below ``value``, or above."""
     power = 10.0 ** math.floor(math.log10(value))
-    steps = [power * factor for factor in (1, 2, 5, 10)]
-    number = (
-        min(s for s in steps if s >= value * (1 - 1e-9))
-        if up
-        else max(s for s in steps if s <= value * (1 + 1e-9))
-    )
+    share = value / power * (1 - 1e-9 if up else 1 + 1e-9)
+    steps = [step for step in (1, 2, 5, 10) if (step >= share if up else step <= share)]
+    number = power * (steps[0] if up else steps[-1])
     return int(number) if number >= 1 else number
 
 

@@ -65,15 +65,8 @@ def silent(fraction: float) -> None:
 def progress_bar(label: str) -> Iterator[Progress]:
     """A progress bar on a terminal, percents in a notebook, removed when done; else ``silent``."""
     if "ipykernel" in sys.modules:  # where rich would need ipywidgets
-        percents = set[int]()
-
-        def write(fraction: float) -> None:
-            if (percent := int(100 * fraction)) not in percents:
-                percents.add(percent)
-                print(f"\r{label}: {percent} %", end="", file=sys.stderr, flush=True)
-
-        yield write
-        print(f"\r{' ' * (len(label) + 8)}\r", end="", file=sys.stderr, flush=True)
+        yield lambda fraction: print(f"\r{label}: {fraction:.0%}", end="", file=sys.stderr)
+        print("\r" + " " * (len(label) + 6), end="\r", file=sys.stderr)
         return
     if not sys.stderr.isatty() or multiprocessing.parent_process():
         yield silent
