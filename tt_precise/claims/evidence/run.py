@@ -25,14 +25,13 @@ from tt_precise.golden.proofs import Established
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.events import Event
 from tt_precise.integration.inversion import InversionTimes, times_of
-from tt_precise.integration.precision import is_available
-from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Quantity
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.scene import Scene, load_scene
 
-FINE, WHERE_REFUSED = "double-double", "quad"
+# The arithmetic of values, and the finer one that confirms their digits.
+FINE, CONFIRMING = "double-double", "triple-double"
 GAUSS = 6  # Nodes of Gauss's rule in an interval; a nutation of 37 ms has 16 intervals.
 PAUSE_S = 0.2  # Twice the longest nutation in s; a longer gap between turning points is none.
 MANY = 10  # "many times"
@@ -83,12 +82,12 @@ class Run:
     # ---- the runs, and single values ---------------------------------------------------------
 
     def trajectory(self, precision: str = "double") -> Trajectory:
-        """The solution with all events recorded, in double-double, or in quad (slower)."""
+        """The solution with all events recorded."""
         return _integrate(self.scene, precision)
 
     def confirm(self, value: Callable[[Trajectory], Scalar]) -> Value:
         """A value from the fine trajectory, with the digits that the confirming run shares."""
-        return Value.of(*(value(self.trajectory(name)) for name in (FINE, confirming_precision())))
+        return Value.of(*(value(self.trajectory(name)) for name in (FINE, CONFIRMING)))
 
     def at(self, name: str, t: str) -> Value:
         """A quantity or state component at time ``t`` (exact, s), in SI, with its enclosure."""
@@ -275,10 +274,7 @@ class Run:
 
     def least(self, name: str) -> Value:
         """The smallest value of a quantity over the run, with the digits double confirms."""
-        finer = confirming_precision()
-        if finer == "double":  # which would confirm itself to any digit
-            finer = FINE
-        return Value.of(*(min(_extrema(self.scene, name, each)[1]) for each in (finer, "double")))
+        return Value.of(*(min(_extrema(self.scene, name, each)[1]) for each in (FINE, "double")))
 
     def least_in(self, spans: Sequence[Span], name: str) -> list[float]:
         """The smallest value of a quantity in each of ``spans`` (in order), extrema included."""
@@ -294,11 +290,6 @@ class Run:
 def variant(scene: SceneLike = "reference", **changes: Any) -> Scene:
     """``Scene.varied`` of a scene or of a shipped one by name, in the units of scene files."""
     return load_scene(scene).varied(**changes)
-
-
-def confirming_precision() -> str:
-    """The widest arithmetic that takes milliseconds: double if no other is available."""
-    return "extended" if is_available("extended") else "double"
 
 
 def climb_of(run: Trajectory) -> InversionTimes:
@@ -320,8 +311,6 @@ def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
 @cache
 def _integrate(scene: SceneLike, precision: str) -> Trajectory:
     loaded = load_scene(scene)
-    if precision == FINE and refused_in_doubles(loaded):
-        precision = WHERE_REFUSED
     return integrate(loaded, precision, events=catalogue(loaded.model))
 
 

@@ -15,10 +15,10 @@ from tt_precise.claims.evidence.formulas import chart, equal, evaluate, names, p
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
 from tt_precise.claims.evidence.proved import count, proofs_of
 from tt_precise.claims.evidence.run import (
+    FINE,
     MANY,
     REFERENCE,
     Run,
-    confirming_precision,
     exact,
     variant,
 )
@@ -350,7 +350,7 @@ def _distances(run: Run) -> dict[str, list[float]]:
 
     Empty where the top leaves the table before.
     """
-    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(confirming_precision())
+    solution = Run(variant(run.scene, until=TIMES[-1])).trajectory(FINE)
     if solution.status != "complete":
         return {}
     fn = solution.precision.context

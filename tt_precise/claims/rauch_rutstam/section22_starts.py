@@ -51,8 +51,8 @@ for id, name, unit, printed, wrong in (
     Sec. 2.2: "within the maximal range of variability of {name}(t) in [-{printed},{printed}]
     displayed by the reference solution"
     Definition: least and largest value over 0..8 s: extrema found as events, values in
-    double-double with the digits that extended arithmetic confirms; both rounded to the digits of
-    the printed bound
+    double-double with the digits that triple-double confirms; both rounded to the digits of the
+    printed bound
     Note: The largest absolute value is {{share:.1%}} {{side}} the printed bound; the range is not
     symmetric.
     """

@@ -75,7 +75,7 @@ def potential_energy_at_8_s(printed: str = AT_8_S, run: Run = REFERENCE) -> Grou
     """E_pot of the reference solution at 8 s.
 
     Sec. 2.3: "E_pot(t=8)/E_pot(t=0)=0.005106/0.002755"
-    Note: m g R (1 - alpha cos theta) at the state that double-double and extended agree on.
+    Note: m g R (1 - alpha cos theta) at the state that double-double and triple-double agree on.
     """
     return part.rounds_to(printed, run.at("E_pot", "8"), "J")
 
