@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.conftest import more
-from tt_precise.claims import JudgedClaim, Verdict, claims, judge
+from tt_precise.claims import Verdict, claims, judge
 from tt_precise.claims import rauch_rutstam as chapters
 from tt_precise.claims.committed import committed
 from tt_precise.claims.evidence import sweeps
@@ -80,12 +80,9 @@ def test_no_verdict_and_no_measured_number_in_a_note_is_typed_in(module: Path) -
 @pytest.mark.parametrize(
     ("search", "spoiled"),
     [
-        (
-            typed_into_notes,
-            "def f():\n    '''So.\n\n    1: \"a\"\n    Note: All of them invert.'''",
-        ),
-        (typed_into_notes, "def f():\n    '''So.\n\n    1: \"a\"\n    Note: None of these.'''"),
-        (typed_into_notes, "words = f'''So.\n\n1: \"a\"\nNote: It ends at 3.19 s, {x}.'''"),
+        (typed_into_notes, "def f():\n    'So. Note: All of them invert.'"),
+        (typed_into_notes, "'So. Note: None of these.'"),
+        (typed_into_notes, "f'So. Note: It ends at 3.19\\n    s, {x}.'"),
         (verdicts_typed_in, "part.Part(holds=True, printed='a', measured='b')"),
         (verdicts_typed_in, "JudgedClaim(verdict=x, note='b')"),
         (verdicts_typed_in, "x = v.Verdict.REFUTED"),
@@ -99,25 +96,19 @@ def test_a_typed_verdict_or_number_is_found(
 
 
 @pytest.mark.parametrize(
-    ("id", "series", "contact", "query"),
+    ("id", "series", "outcome", "query"),
     [
-        ("SWP-14", "tenth", "through", "outcome == 'inverts'"),
-        ("SWP-15", "theta", "unilateral", "outcome == 'contact_lost' and theta <= 0.1"),
-        (
-            "SWP-02",
-            ("phi_dot", "phi_dot near the end"),
-            "unilateral",
-            "outcome == 'contact_lost' and 83.1 <= phi_dot <= 200",
-        ),
+        ("SWP-14", "tenth", "inverts", ""),
+        ("SWP-15", "theta", "contact_lost", "theta <= 0.1"),
+        ("SWP-02", ("phi_dot", "phi_dot near the end"), "contact_lost", "83.1 <= phi_dot <= 200"),
     ],
 )
 def test_counts_in_notes_are_those_of_the_rows(
-    id: str, series: str | tuple[str, ...], contact: str, query: str
+    id: str, series: str | tuple[str, ...], outcome: str, query: str
 ) -> None:
-    rows = sweeps.starts(series, contact)
-    outcome, _, inside = query.partition(" and ")
-    rows = rows.query(inside) if inside else rows
-    assert f"{len(rows.query(outcome))} of {len(rows)}" in judge(id).note
+    contact = "through" if outcome == "inverts" else "unilateral"
+    rows = sweeps.starts(series, contact, query)
+    assert f"{(rows['outcome'] == outcome).sum()} of {len(rows)}" in judge(id).note
 
 
 @pytest.mark.parametrize(
@@ -126,10 +117,6 @@ def test_counts_in_notes_are_those_of_the_rows(
         ("NUM-17", {"phi_dot": "0"}, "by 2.301", "by 1.000"),
         ("NUM-31", {"printed": "0.9"}, "0.40 rad", "0.50 rad"),
         ("SWP-15", {"upper": "0.6"}, "0 of 19", "of 119"),
-        ("SWP-03", {"near": "200"}, "to 5.025 s at 199.5", "to 5.025 s at 199.5"),
-        ("SWP-16", {"upper": "0.4"}, "from 0.145 to 0.84 rad", "from 0.145 to 0.84 rad"),
-        ("QUAL-20", {"printed": "3.5"}, "until 7.7840 s", "until 7.7840 s"),
-        ("TH-18", {"middle": 0.3}, "xi is 1.00 of", "xi is 1.00 of"),
         ("NUM-09", {"printed": "-80"}, "2.5 %", "3.6 %"),
         ("FIG-03", {"name": "E_pot"}, "at 5.44 s, 4.01 s, 5.49 s", "at 5.49 s"),
     ],
@@ -139,12 +126,6 @@ def test_a_note_follows_what_is_computed(
 ) -> None:
     assert old in judge(id).note
     assert new in judge(id, **change).note
-
-
-def committed_verdicts() -> dict[str, JudgedClaim]:
-    report = committed()
-    assert report is not None
-    return dict(report.by_id)
 
 
 # Claims that take 0.3 s or more. Identities are proved in tests/exact as well.
@@ -164,11 +145,12 @@ def test_every_verdict_and_that_of_every_control_is_pinned(module: Path, dear: b
 
     A verdict is pinned by ``results.json``, that of a control by the control.
     """
-    pinned, flipped = committed_verdicts(), []
+    report, flipped = committed(), []
+    assert report is not None
     for claim in claims().values():
         if claim.group != f"{chapters.__name__}.{module.stem}" or (claim.id in DEAR) != dear:
             continue
-        judged, before = judge(claim.id), pinned.get(claim.id)
+        judged, before = judge(claim.id), report.by_id.get(claim.id)
         if before is None or (judged.verdict, judged.proved) != (before.verdict, before.proved):
             flipped.append(f"{claim.id}: {judged.verdict}, proved {judged.proved}")
         if claim.control == judged.verdict:
@@ -183,14 +165,6 @@ def test_every_verdict_and_that_of_every_control_is_pinned(module: Path, dear: b
         assert judged.printed
         assert not judged.definition.endswith(".")  # the page adds it
     assert flipped == []
-
-
-@pytest.mark.parametrize(
-    ("id", "changes"),
-    [("NUM-20", {"printed": "0.005107"}), ("NUM-24", {"printed": "0.3"})],
-)
-def test_a_changed_default_flips_the_pinned_verdict(id: str, changes: dict[str, Any]) -> None:
-    assert judge(id, **changes).verdict != committed_verdicts()[id].verdict
 
 
 def test_findings_point_to_claims_that_stand_for_themselves() -> None:

@@ -49,23 +49,25 @@ def test_a_part_at_the_edges_of_its_rule(compare: Callable[[Fraction], Part], ed
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "proved"),
-    [("1.5", "1.54", True), ("1.5", "1.56", False), ("1.6", "1.61", False)],
+    ("compare", "low", "high", "proved"),
+    [
+        (part.rounds_to, "1.5", "1.54", True),
+        (part.rounds_to, "1.5", "1.56", False),
+        (part.rounds_to, "1.6", "1.61", False),
+        (part.about, "1.5", "1.54", True),
+        (part.about, "1.5", "1.59", False),  # it may be about 1.5 without rounding to it
+    ],
 )
 def test_a_value_is_proved_where_both_ends_of_its_enclosure_agree(
-    low: str, high: str, proved: bool
+    compare: Callable[[str, Value], Part], low: str, high: str, proved: bool
 ) -> None:
-    value = Value(Fraction("1.51"), 3)
-    enclosed = value.within((Fraction(low), Fraction(high)))
-    assert part.rounds_to("1.5", enclosed).proved is proved
-    assert not part.rounds_to("1.5", enclosed.within(None)).proved
+    value = Value(Fraction("1.51"), 3).within((Fraction(low), Fraction(high)))
+    assert compare("1.5", value).holds
+    assert compare("1.5", value).proved is proved
+    assert not compare("1.5", value.within(None)).proved
 
 
-def test_a_proof_is_of_the_outcome_and_needs_exact_numbers() -> None:
-    # a number that is about 1.5 need not round to it
-    near = Value(Fraction("1.58"), 3, (Fraction("1.54"), Fraction("1.59")))
-    assert part.about("1.5", near).holds
-    assert not part.about("1.5", near).proved
+def test_an_exact_number_encloses_itself_and_a_float_does_not() -> None:
     assert part.rounds_to("1.5", Fraction(3, 2)).proved
     assert not part.rounds_to("1.5", 1.5).proved
 
@@ -77,22 +79,13 @@ def test_a_printed_number_is_a_number(bad: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "digits", "text"),
-    [
-        ("0", 5, "0"),
-        ("1.5", 3, "1.50"),
-        ("0.005106366", 4, "0.005106"),
-        ("-82.86640856", 4, "-82.87"),
-        ("9.996", 3, "10.0"),
-        ("99999", 2, "1.0e5"),
-        ("1.5e-33", 2, "1.5e-33"),
-        ("0.00009", 1, "9e-5"),
-        ("155", 3, "155"),
-        ("155", 1, "2e2"),
-    ],
-)
-def test_decimal(value: str, digits: int, text: str) -> None:
-    assert part.decimal(Fraction(value), digits) == text
+    "case",
+    ["0 5 0", "1.5 3 1.50", "0.005106366 4 0.005106", "-82.86640856 4 -82.87", "9.996 3 10.0",
+     "99999 2 1.0e5", "1.5e-33 2 1.5e-33", "0.00009 1 9e-5", "155 3 155", "155 1 2e2"],
+)  # fmt: skip
+def test_decimal(case: str) -> None:
+    value, digits, text = case.split()
+    assert part.decimal(Fraction(value), int(digits)) == text
 
 
 @pytest.mark.parametrize(

@@ -14,69 +14,85 @@ from tt_precise.sweeps.specification import STARTS, SweepSpec
 FILE = Path(__file__).parents[3] / "reports/measured" / sweeps.FILE
 
 
-def test_the_committed_file_is_of_the_present_definition() -> None:
+@pytest.mark.parametrize(("change", "read"), [({}, True), ({"until": "13"}, False)])
+def test_the_committed_file_is_of_the_present_definition(
+    change: dict[str, str], read: bool
+) -> None:
     assert FILE.stat().st_size < 2_000_000
-    for other, read in (({}, True), ({"until": "13"}, False)):
-        found = unpacked(FILE.read_bytes(), fingerprint(sweeps.definition() | other))
-        assert (found is not None) == read
+    content = unpacked(FILE.read_bytes(), fingerprint(sweeps.definition() | change))
+    assert (content is not None) == read
 
 
-def test_the_series_of_the_section_are_there() -> None:
-    phi_dot = sweeps.starts("phi_dot", "unilateral")
-    assert numpy.allclose(phi_dot["phi_dot"], numpy.linspace(-200, 200, 801))
-    assert len(sweeps.starts("box", "through")) >= 1500
-    assert len(sweeps.starts("tenth", "through")) >= 400
-    assert sweeps.rows()["min_g_n"].notna().all()
-    # 13 starts stand in both
+def test_series_have_their_starts_once() -> None:
+    rows = sweeps.starts("phi_dot", "unilateral")
+    assert numpy.allclose(rows["phi_dot"], numpy.linspace(-200, 200, 801))
     both = sweeps.starts(("phi_dot", "phi_dot near the end"), "through")
-    assert len(both) == 801 + 241 - 13 == len(both["phi_dot"].unique())
-    assert [len(sweeps.others(sweeps.starts(name, "held"))) for name in ("phi_dot", "box")] == [
-        len(sweeps.starts("phi_dot", "held")) - 1, len(sweeps.starts("box", "held"))
-    ]  # fmt: skip
+    assert len(both) == 801 + 241 - 13 == len(both["phi_dot"].unique())  # 13 stand in both
+    assert len(sweeps.others(rows)) == len(rows) - 1
+    assert len(sweeps.starts("phi_dot", "unilateral", "phi_dot <= 0")) == 401
     with pytest.raises(ValueError, match="series"):
         sweeps.starts("nothing", "held")
 
 
-def test_every_start_is_there_with_and_without_contact() -> None:
-    for one in sweeps.SERIES:
-        alone = sweeps.starts(one.name, "unilateral")
-        through = sweeps.starts(one.name, "through")
-        held = sweeps.starts(one.name, "held")
-        assert list(through["index"]) == list(alone["index"]) == list(range(len(alone)))
-        lost = alone["outcome"] == "contact_lost"
-        assert len(held) == (~lost).sum()
-        assert (through["contact"] == "bilateral").sum() == lost.sum()
-        assert (through["min_g_n"][through["contact"] == "bilateral"] < 0).all()
-        assert (held["min_g_n"] > 0).all()
-    # lambda is constant where it is said to be
-    rows = sweeps.starts("theta at lambda", "unilateral")
-    assert numpy.ptp(rows["lambda_ratio"]) < 1e-11
-    assert numpy.ptp(sweeps.starts("theta", "unilateral")["lambda_ratio"]) > 0.1
+@pytest.mark.parametrize("name", [each.name for each in sweeps.SERIES])
+def test_every_start_is_there_with_and_without_contact(name: str) -> None:
+    alone, through, held = (
+        sweeps.starts(name, contact) for contact in ("unilateral", "through", "held")
+    )
+    assert list(through["index"]) == list(alone["index"]) == list(range(len(alone)))
+    lost = alone["outcome"] == "contact_lost"
+    bilateral = through["contact"] == "bilateral"
+    assert (len(held), bilateral.sum()) == ((~lost).sum(), lost.sum())
+    assert (through["min_g_n"][bilateral] < 0).all()
+    assert (held["min_g_n"] > 0).all()
+    assert sweeps.losing_contact(name) == f"{lost.sum()} of {len(alone)}"
+    if name == "theta at lambda":
+        assert numpy.ptp(alone["lambda_ratio"]) < 1e-11
 
 
 def test_a_longer_run_replaces_outcome_and_times_and_leaves_ranges() -> None:
+    columns = ("series", "index", "max_nu_x", "outcome", "t_end_A")
     rows = pandas.DataFrame(
-        {"series": ["box"] * 3, "index": [0, 1, 2], "max_nu_x": [0.1, 0.2, 0.3],
-         "outcome": ["inverts", "undecided", "does_not_invert"],
-         "t_end_A": [7.0, numpy.nan, numpy.nan]}
-    )  # fmt: skip
-    longer = pandas.DataFrame(
-        {"series": ["box"], "index": [1], "outcome": ["inverts"], "t_end_A": [15.0],
-         "max_nu_x": [0.9]}
-    )  # fmt: skip
+        [
+            ("box", 0, 0.1, "inverts", 7.0),
+            ("box", 1, 0.2, "undecided", numpy.nan),
+            ("box", 2, 0.3, "does_not_invert", numpy.nan),
+        ],
+        columns=columns,
+    )
+    longer = pandas.DataFrame([("box", 1, 0.9, "inverts", 15.0)], columns=columns)
     assert sweeps.undecided(rows) == 1
-    found = sweeps.continued(rows, longer)
-    assert list(found["t_end_A"][:2]) == [7.0, 15.0]
-    assert list(found["max_nu_x"]) == [0.1, 0.2, 0.3]
-    assert sweeps.undecided(found) == 0
+    later = sweeps.continued(rows, longer)
+    assert list(later["t_end_A"][:2]) == [7.0, 15.0]
+    assert list(later["max_nu_x"]) == [0.1, 0.2, 0.3]
+    assert sweeps.undecided(later) == 0
+
+
+@pytest.mark.parametrize(
+    ("ends", "holds"),
+    [
+        ((7.0, 8.0), True),
+        ((7.0, -1.0), False),
+        ((7.0, numpy.nan), None),
+        ((-1.0, numpy.nan), False),
+        ((numpy.nan, numpy.nan), False),
+        ((), False),
+    ],
+)
+def test_a_statement_about_all_is_open_while_an_outcome_is_undecided(
+    ends: tuple[float, ...], holds: bool | None
+) -> None:
+    """Negative times fail, NaN is undecided."""
+    rows = pandas.DataFrame({"t_end_A": ends, "outcome": "undecided", "t_stop": 60.0}, dtype=object)
+    positive = pandas.Series([end > 0 for end in ends], dtype=bool)
+    assert sweeps.of_all(rows, positive, "all", "").holds is holds
 
 
 def test_undecided_starts_were_integrated_on() -> None:
-    rows = sweeps.starts(sweeps.COUNTED, "through")
-    open_ones = rows[rows["t_end_A"].isna()]
-    assert 0 < len(open_ones) == sweeps.undecided(rows) < len(rows) / 20
-    assert set(open_ones["t_stop"]) == {float(sweeps.CONTINUED)}
-    assert (open_ones["contact"] == "bilateral").all()
+    rows = sweeps.starts(sweeps.COUNTED, "through", "t_end_A.isna()")
+    assert 0 < len(rows) == sweeps.undecided(rows)
+    assert set(rows["t_stop"]) == {float(sweeps.CONTINUED)}
+    assert (rows["contact"] == "bilateral").all()
 
 
 @pytest.mark.slow
