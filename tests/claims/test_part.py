@@ -105,7 +105,7 @@ def test_fraction_of_is_exact(number: Any) -> None:
 
 @pytest.mark.parametrize("bad", [mpmath.nan, mpmath.inf, float("nan")])
 def test_nan_is_not_a_measurement(bad: object) -> None:
-    with pytest.raises(ValueError, match=r"finite|NaN"):
+    with pytest.raises(ValueError, match="got"):
         part.fraction_of(bad)
 
 

@@ -20,7 +20,7 @@ from tt_precise.claims.evidence.formulas import (
 from tt_precise.claims.evidence.run import REFERENCE, Run
 from tt_precise.claims.part import Part, decimal, statement
 from tt_precise.claims.verdicts import Grounds
-from tt_precise.mechanics import euler, newton
+from tt_precise.mechanics import euler
 from tt_precise.mechanics.euler import vectors_from_euler
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import added, cross, dot, scaled
@@ -50,13 +50,13 @@ NU_Y = (
     " + m*R**2*I1*sin(theta)**2)"
     " + omega_3*theta_dot*R/I1*(I3*(alpha - cos(theta)) + I1*cos(theta)) - phi_dot*nu_x"
 )
-# Eqs (2) to (6): id, differentiated variable, printed derivative, and a wrong one.
+# Eqs (2) to (6): id, variable, its derivative, the printed derivative, and a wrong one.
 RATES = (
-    ("EQ-08", "theta_dot", THETA, THETA[:-1] + "/R)"),
-    ("EQ-09", "phi_dot", PHI, PHI.replace("2*I1*theta_dot", "I1*theta_dot")),
-    ("EQ-10", "omega_3", OMEGA_3, OMEGA_3[1:]),
-    ("EQ-11", "nu_x", NU_X, NU_X.replace("I1*alpha*(theta", "I1*(theta")),
-    ("EQ-12", "nu_y", NU_Y, NU_Y.replace("- phi_dot*nu_x", "+ phi_dot*nu_x")),
+    ("EQ-08", "theta_dot", "theta_ddot", THETA, THETA[:-1] + "/R)"),
+    ("EQ-09", "phi_dot", "phi_ddot", PHI, PHI.replace("2*I1*theta_dot", "I1*theta_dot")),
+    ("EQ-10", "omega_3", "omega_3_dot", OMEGA_3, OMEGA_3[1:]),
+    ("EQ-11", "nu_x", "nu_x_dot", NU_X, NU_X.replace("I1*alpha*(theta", "I1*(theta")),
+    ("EQ-12", "nu_y", "nu_y_dot", NU_Y, NU_Y.replace("- phi_dot*nu_x", "+ phi_dot*nu_x")),
 )
 NORMAL_FORCE = (
     "(m*g*I1 + m*R*alpha*(cos(theta)*(I1*phi_dot**2*sin(theta)**2 + I1*theta_dot**2)"
@@ -163,9 +163,8 @@ def contact_velocity(rate_of_a: str = "R*alpha") -> Grounds:
     """
     q = _at_any_azimuth()
     velocity = q.s_dot[2] + parse(rate_of_a) * rate(q.k[2])
-    return equal(
-        velocity, q.state.v[2] + 0 * velocity, "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"
-    )
+    words = "dot(s_dot + a_dot, z_hat) = dot(v_A, z_hat) = 0"
+    return equal(velocity, q.state.v[2] + 0 * velocity, words)
 
 
 @cache
@@ -199,7 +198,7 @@ def jellett_in_euler_angles(
     """
 
     def compare(text: str) -> Part:
-        return equal(text, quantity("lambda"), f"lambda = {text}")
+        return identity(text, "lambda_", f"lambda = {text}")
 
     return part.misprint(compare, printed, JELLETT_WITH_R)
 
@@ -217,36 +216,31 @@ def energy_decreases(quantity: str = "E", run: Run = REFERENCE) -> Grounds:
     fastest = float(run.extrema(f"{quantity}_dot")[1].max())
     values = run.sampled((quantity,))[quantity]
     steps = int((values.diff().iloc[1:] >= 0).sum())
-    proved = quantity == "E" and run.proofs.energy_falls
     never, down = fastest <= 0, steps == 0
+    sure = quantity == "E" and run.proofs.energy_falls and never and down
     shown = f"at most {decimal(fastest, 3)} W"
     steps_up = f"{steps} of {len(values) - 1} steps up"
     return {
-        f"{quantity}_dot": statement(never, "never positive", shown, proved=proved and never),
-        quantity: statement(down, "decreasing", steps_up, proved=proved and down),
+        f"{quantity}_dot": statement(never, "never positive", shown, proved=sure),
+        quantity: statement(down, "decreasing", steps_up, proved=sure),
     }
 
 
-def _rate(name: str, printed: str) -> Grounds:
-    symbols = chart()
-    derived = getattr(euler.rates(symbols.body, symbols.state, symbols), name)
-    as_printed = equal(printed, derived, f"{_dotted(name)} = {printed}")
+def _rate(name: str, dotted: str, printed: str) -> Grounds:
+    derived = getattr(euler.rates(chart().body, chart().state, chart()), name)
+    as_printed = equal(printed, derived, f"{dotted} = {printed}")
     return {"as printed": as_printed, FORMS: prove_identity(FORMS)}
 
 
-def _dotted(name: str) -> str:
-    return f"{name[:-4]}_ddot" if name.endswith("_dot") else f"{name}_dot"
-
-
-for number, (id, name, printed, wrong) in enumerate(RATES, start=2):
-    dotted = _dotted(name)
+for number, (id, name, dotted, printed, wrong) in enumerate(RATES, start=2):
     words = f"""The equation for {dotted}.
 
     eq ({number}): "{dotted}=..."
     Note: Derived from eq (1) by expressing the vectors in Euler angles, with g_n from the contact
     constraint; all parameters and the state are symbols.
     """
-    claim(id, words, control="partly", printed=wrong)(partial(_rate, name, printed=printed))
+    judge = partial(_rate, name, dotted, printed=printed)
+    claim(id, words, control="partly", printed=wrong)(judge)
 
 
 @claim("EQ-13", control="refuted", printed=NORMAL_FORCE.replace("*mu*nu_x", "*mu*nu_y"))
@@ -256,8 +250,7 @@ def normal_force(printed: str = NORMAL_FORCE) -> Grounds:
     eq (7): "g_n=..."
     Note: From the vertical part of v_A_dot = 0, eq (1).
     """
-    derived = newton.normal_force(chart().body, motion().state)
-    return {"g_n": equal(printed, derived, "g_n = " + printed)}
+    return {"g_n": identity(printed, "g_n", f"g_n = {printed}")}
 
 
 # ---- conserved quantities, and the functions of the Main Equation --------------------------------

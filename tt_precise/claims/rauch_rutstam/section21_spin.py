@@ -11,7 +11,7 @@ import numpy
 from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import run as runs
-from tt_precise.claims.evidence.formulas import chart, equal, names, parse, quantity
+from tt_precise.claims.evidence.formulas import chart, equal, identity, parse, quantity
 from tt_precise.claims.evidence.proved import sign_of_precession
 from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
 from tt_precise.claims.part import Part, decimal, statement, statements
@@ -326,11 +326,10 @@ def precession_from_jellett(printed: str = PRECESSION) -> Grounds:
     Note: The printed right side is gamma phi_dot sin^2 theta, gamma = I1/I3. The factor is
     positive, so the paper's statements about signs hold.
     """
-    words = dict(names()) | {"lambda_": quantity("lambda")}
-    left = parse("phi_dot*sin(theta)**2")
 
     def compare(text: str) -> Part:
-        return equal(parse(text, words), left, f"phi_dot*sin(theta)**2 = {text}")
+        left = "phi_dot*sin(theta)**2"
+        return identity(text, left, f"{left} = {text}")
 
     return part.misprint(compare, printed, CORRECT_PRECESSION)
 

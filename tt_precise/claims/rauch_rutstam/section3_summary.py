@@ -17,7 +17,6 @@ from tt_precise.claims.rauch_rutstam.section1_equations import FORMS
 from tt_precise.claims.rauch_rutstam.section22_sweeps import ABC, CLOSE, EVERY, closeness, inverting
 from tt_precise.claims.verdicts import Grounds
 from tt_precise.mechanics import euler
-from tt_precise.mechanics.vectors import cross, dot
 
 claim = claims_of("3")
 FACTOR = 10  # Least ratio to the usual size that counts as large.
@@ -221,13 +220,8 @@ def transfer_by_the_torque(torque: str = "dot(omega, cross(a, F))") -> Grounds:
     Note: E_trans and E_rot exchange omega.(a x F). E_trans and E_pot exchange m g s_dot.z, to which
     the torque does not contribute (EQ-34).
     """
-    q = formulas.motion()
-    words = {"omega": q.omega, "a": q.a, "F": q.force, "dot": dot, "cross": cross}
-    power = formulas.parse(torque, {**formulas.names(), **words})
-    rotation = formulas.equal(
-        power, formulas.rate_of("E_rot"), "E_rot_dot = dot(omega, cross(a, F))"
-    )
-    potential = formulas.equal("0", formulas.rate_of("E_pot"), "E_pot_dot = 0")
+    rotation = formulas.identity(torque, "rate_of('E_rot')", "E_rot_dot = dot(omega, cross(a, F))")
+    potential = formulas.identity("0", "rate_of('E_pot')", "E_pot_dot = 0")
     work = "" if potential.holds else ": m g s_dot.z is the work of the weight"
     shown = f"E_pot changes without a torque{work}"
     holds = rotation.holds and potential.holds
