@@ -48,6 +48,7 @@ def test_each_entry_counts_beside_what_it_belongs_to() -> None:
     # |k_dot|: of 40 rad/s through the pole the direction is uncertain; of a small precession not
     through = of_euler(theta=1e-3, theta_dot=-40.0, omega_3=150.0)
     assert through["theta_dot"] == pytest.approx(40 / math.sin(1e-3))
+    assert sizes(BODY, EulerState(0.0, 1.0, 2.0, 3.0, 0.5, 0.0)._asdict(), math)["nu_x"] > 1e300
     assert of_euler(theta=1e-3, phi_dot=40.0, omega_3=150.0)["theta_dot"] == pytest.approx(
         math.hypot(150 - 0, 40 * math.sin(1e-3)), rel=1e-3
     )

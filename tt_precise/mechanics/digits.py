@@ -27,8 +27,7 @@ from tt_precise.mechanics.quantities import (
 from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length
 from tt_precise.runtime.values import Functions, Scalar
 
-MOST_GOLDEN = 33  # digits that golden data can confirm: they are rounded to 34
-
+MOST_GOLDEN = 33  # Digits that golden data can confirm: they are rounded to 34.
 RULE = (
     "Errors are relative to the size at that time: 1 for the axis, |L| for L, |v_CM| + |omega||a| "
     "for velocities, the larger of itself and |omega| for a rate, 1 rad for angles, the larger of "
@@ -101,7 +100,8 @@ def _motion(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> M
 
 
 def _tilt(q: Motion) -> Scalar:
-    return horizontal_length(q.fn, q.state.kx, q.state.ky)
+    # sizes are divided by it, at the vertical itself too
+    return horizontal_length(q.fn, q.state.kx, q.state.ky) + 1e-305
 
 
 def _length(vector: Vector, fn: Functions) -> Scalar:
