@@ -22,7 +22,7 @@ def test_every_claim_has_a_section_and_a_mark() -> None:
 
 def test_every_section_and_every_figure_has_words() -> None:
     keys = {name for level, name in words() if level == "#"}
-    assert keys == {*SECTIONS, "errata", "claims", "answers", "untested"}
+    assert keys == {*SECTIONS, "errata", "claims", "answers", "untested", "motion"}
     drawn = {name: text for (level, name), text in words().items() if level == "##"}
     assert len(drawn) > 15
     assert [name for name, text in drawn.items() if len(text) != 2] == []

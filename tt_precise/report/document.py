@@ -31,11 +31,7 @@ _FOLDED = re.compile(r"> ([^:]+): (.*)")
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph of plain text.
-
-    ``emphasis`` marks one that must not be overlooked; ``folded`` is the title under which the page
-    folds it.
-    """
+    """A paragraph; ``emphasis``: not to be overlooked; ``folded``: the title above its fold."""
 
     text: str
     emphasis: bool = False
@@ -45,11 +41,10 @@ class Text:
 
 @dataclass(frozen=True)
 class PageTable:
-    """A table of texts.
+    """A table of texts; ``folded``: shown only on request, by default if it is long.
 
-    ``filters`` names the columns by which the page can filter the rows; such a table is searchable
-    too. ``verdict`` names the column that colours the row's mark. ``folded``: shown only on
-    request; by default this depends on the length.
+    ``filters`` names the columns by which the page can filter and search the rows, ``verdict`` the
+    column that colours the row's mark.
     """
 
     header: Sequence[str]
@@ -82,11 +77,10 @@ class Panel:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as SVG text.
+    """A picture as SVG text; ``alt`` describes it, the caption's first sentence is its title.
 
-    The first sentence of ``caption`` is the title, the others are details. ``alt`` describes the
-    picture. The page shows the ``panels``, if there are any, instead of the picture: as many beside
-    each other as the window is wide.
+    The page shows the ``panels``, if there are any, instead of the picture: as many beside each
+    other as the window is wide.
     """
 
     name: str
@@ -107,10 +101,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class ClaimList:
-    """Claims of the paper under a ``title``; ``errata`` shows the corrections.
-
-    ``folded``: shown only on request.
-    """
+    """Claims of the paper; ``errata`` shows the corrections, ``folded``: only on request."""
 
     entries: Sequence[JudgedClaim]
     title: str = ""
@@ -140,10 +131,9 @@ class Section:
         results: Mapping[str, Json],
         **numbers: Any,
     ) -> Section:
-        """Return the section of this key in the words.
+        """Return the section of this key in the words, which place the ``blocks`` by name.
 
-        ``blocks`` are placed by name, except those that the words do not name; ``numbers`` fill the
-        texts. A paragraph without a text or a block is left out.
+        ``numbers`` fill the texts. A paragraph without a text or a block is left out.
         """
         title, *paragraphs = words()["#", key]
         made = (_block(paragraph, blocks, numbers) for paragraph in paragraphs)

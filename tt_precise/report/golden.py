@@ -114,12 +114,11 @@ def _times(scene: str, inversion: dict[str, Json]) -> list[dict[str, str]]:
     rows = []
     for definition in "ABC":
         ends = inversion.get(definition, {})
-        balls = {which: ends.get(which) for which in ("t_init", "t_end")}
-        if any(balls.values()):
-            digits = [_digits(ball) for ball in balls.values() if ball and Decimal(ball["radius"])]
-            row = {"scene": scene, "definition": definition}
-            row |= {f"{which} (s)": _time(ball) for which, ball in balls.items()}
-            rows.append(row | {"digits proved": str(min(digits)) if digits else "exact"})
+        (begin, *digits), (end, *further) = (_time(ends.get(w)) for w in ("t_init", "t_end"))
+        if ends.get("t_init") or ends.get("t_end"):
+            proved = min((d for d in (*digits, *further) if d is not None), default="exact")
+            times = {"t_init (s)": begin, "t_end (s)": end, "digits proved": str(proved)}
+            rows.append({"scene": scene, "definition": definition, **times})
     return rows
 
 
@@ -140,15 +139,14 @@ def _limits(scene: str, forever: dict[str, Json]) -> list[dict[str, str]]:
     ]
 
 
-def _time(ball: dict[str, str] | None) -> str:
+def _time(ball: dict[str, str] | None) -> tuple[str, int | None]:
+    """Return a proved time as text, and its number of digits; None where that is exact."""
     if ball is None:
-        return "none"
+        return "none", None
     middle, radius = Decimal(ball["middle"]), Decimal(ball["radius"])
-    return "0, exactly" if middle == radius == 0 else f"{middle:.{DIGITS}g}"
-
-
-def _digits(ball: dict[str, str]) -> int:
-    return Decimal(ball["middle"]).adjusted() - Decimal(ball["radius"]).adjusted() - 1
+    if not radius:
+        return "0, exactly" if not middle else f"{middle:.{DIGITS}g}", None
+    return f"{middle:.{DIGITS}g}", middle.adjusted() - radius.adjusted() - 1
 
 
 # ---- figures ------------------------------------------------------------------------------------

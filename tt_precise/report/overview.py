@@ -17,8 +17,9 @@ from tt_precise.claims import JudgedClaim, Verdict, counts
 from tt_precise.claims.committed import Committed, JudgingRun
 from tt_precise.claims.paper import HEADLINES, SECTIONS
 from tt_precise.claims.verdicts import RULES
+from tt_precise.claims.words import fill
 from tt_precise.golden import load
-from tt_precise.report.document import Card, ClaimList, Overview, Section, table
+from tt_precise.report.document import Card, ClaimList, Overview, Section, table, words
 from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
 from tt_precise.runtime import player
@@ -148,12 +149,7 @@ def motion(begin: float, end: float) -> dict[str, Json]:
     # the contact point lies below the sphere's centre, which is R alpha k from the centre of mass
     for name in ("x", "y"):
         course[name] = (frame[name] / body.R + body.alpha * frame[f"k{name}"]).tolist()
-    text = Markup(
-        f"The reference solution, drawn from <code>reference_data/{TRACK}</code>, golden data with "
-        "34 digits: the top starts upright, its contact point glides along the loop, and between "
-        f"{begin:.1f} s and {end:.1f} s it turns over. The model is a sphere: the drawn stem ends "
-        "where the table is."
-    )
-    return player.drawing(
-        float(frame["t"][1]), course, title="The top turning over", words=text, first=2.6, rest=5.2
-    )
+    title, text = words()["#", "motion"]
+    caption = Markup(fill(text, {"scene": TRACK, "begin": begin, "end": end}))
+    every = float(frame["t"][1])
+    return player.drawing(every, course, title=title, words=caption, first=2.6, rest=5.2)
