@@ -8,9 +8,8 @@ from typing import Any
 import mpmath
 import pytest
 
-from tt_precise.mechanics.formulations import formulation, integration_form
+from tt_precise.mechanics.formulations import integration_form
 from tt_precise.mechanics.laws import law_named
-from tt_precise.mechanics.quantities import Motion
 from tt_precise.taylor.graph import Graph, Traced, constants_of, in_order, numbers
 
 
@@ -32,13 +31,6 @@ def test_operations_of_the_gliding_top(
     rates = graph.with_turning(form.rates(form.body(graph.parameters), state, graph))
     counts = Counter(node.kind for node in in_order(graph, rates))
     assert {kind: counts[kind] for kind in expected} == expected
-
-
-def test_the_rate_of_the_azimuth_needs_no_angle() -> None:
-    form = formulation("gliding", "newton", law_named("viscous"))
-    graph = Graph(len(form.columns), len(form.parameters))
-    q = Motion(form.body(graph.parameters), form.State(*graph.components), graph)
-    assert "angle" not in {node.kind for node in in_order(graph, [q.euler.phi_dot])}
 
 
 def test_equal_expressions_are_one() -> None:
