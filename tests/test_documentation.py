@@ -325,10 +325,10 @@ def test_the_table_of_friction_coefficients_has_what_run_prints(printed: Printed
         )
         found = printed("run top.toml --until 60", status=int(what != "passed at"))
         if what == "passed at":
-            moment, force = found["equator"]["t"], float(found["smallest_g_n"]["value"])
-            assert end == ENDS[found["end"]["verdict"]]
+            moment, force = found["times"]["equator"], float(found["forces"]["min_g_n"])
+            assert end == ENDS[found["end"]]
             assert f"{force:#.3g} N" == smallest
         else:
             assert (what, end, smallest) == ("contact is lost at", "", "")
-            moment = found["contact_lost"]
+            moment = found["times"]["contact_lost"]
         assert f"{float(moment):.{len(t.partition('.')[2])}f}" == t

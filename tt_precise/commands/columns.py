@@ -48,14 +48,10 @@ def command(as_json: bool) -> int:
     lines = ["A trajectory has one of these sets of columns; others are ignored."]
     for name, columns in sets.items():
         lines += ["", name]
-        lines += [
-            f"  {key:<10} {column['unit']:<9} {meaning(column)}" for key, column in columns.items()
-        ]
+        lines += [f"  {key:<10} {one['unit']:<9} {meaning(one)}" for key, one in columns.items()]
     lines += ["", "quantities of `run --columns`, `events --columns` and `frame`"]
     lines += [f"  {key:<20} {one['unit']:<9} {one['meaning']}" for key, one in known.items()]
-    lines.append("")
-    for sentence in CONVENTIONS:
-        lines += click.wrap_text(sentence, 88, "- ", "  ").splitlines()
+    lines += ["", *(f"- {sentence}" for sentence in CONVENTIONS)]
     content = {"schema": SCHEMA, "sets": sets, "quantities": known, "conventions": CONVENTIONS}
     emit(as_json, content, lines)
     return 0

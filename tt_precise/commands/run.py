@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import decimal
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterator, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -13,128 +14,35 @@ import click
 from tt_precise.commands import options
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.files import require_writable
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.tables import FORMATS
-from tt_precise.runtime.values import InputError, Json, Scalar, listed, wrong_name
+from tt_precise.runtime.values import Json, Scalar, listed, require_name
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
-    from tt_precise.integration.columns import Name
+    from tt_precise.scene.scene import Scene
 
 UNFINISHED = 1
-LONG_S = 60.0  # Duration in s from which a run with --digits says first how long it takes.
-FORCE, ERRORS = "extremum:g_n", ("error:g_n", "error:t")
-ENDS = ("t_init", "t_end")
-APPROACHES = {
+MOST_SEGMENTS = 8  # segments of a motion that the screen names
+EXACT_DIGITS = 1000  # digits that the screen may have to round
+DOES = {"gliding": "glides", "rolling": "rolls", "flight": "flies", "contact": "in contact"}
+EQUATORS = {
+    "passed": "passed at", "not_passed": "not passed by",
+    "never": "never passed: energy and lambda exclude it at",
+}  # fmt: skip
+ENDS = {
     "inverted": "approaches the inverted spin", "upright": "approaches the upright spin",
     "not_inverted": "not the inverted spin", "undecided": "undecided",
 }  # fmt: skip
-MOST_STRETCHES = 8  # Most phases that one line names.
-TOUCHES = "touches zero, stays there, or crosses it by less than the accuracy of the run"
-DOES = {"gliding": "glides", "rolling": "rolls", "flight": "flies", "contact": "in contact"}
-
-State = dict[str, str | None]
+Texts = dict[str, str | None]
 Arithmetic = Literal["double", "extended", "double-double", "quad", "triple-double", "mp"]
 Ending = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed"
 ]
-STATE = means("the state (SI), decimals; null where undefined")
-
-
-class ClimbRecord(Record, frozen=True):
-    """Initiation and ending time of the climb in one definition."""
-
-    t_init: Annotated[str | None, means("initiation time in s; null if it does not exist")]
-    t_end: Annotated[str | None, means("ending time in s; null if it does not exist")]
-    t_init_error: Annotated[
-        str | None, means("estimated error in s; null in a run without --digits")
-    ] = None
-    t_end_error: Annotated[str | None, means("estimated error in s, likewise")] = None
-
-
-class ClimbsRecord(Record, frozen=True):
-    """The climb, as `tt-precise events` defines it."""
-
-    precision: Annotated[str, means("arithmetic of the run with these times")]
-    equator: Annotated[str, means("first time at which theta crosses pi/2, in s")]
-    equator_error: Annotated[str | None, means("estimated error in s, likewise")]
-    A: Annotated[ClimbRecord, means("signed perigee")]
-    B: Annotated[ClimbRecord, means("L.k = L.z and L.k = -L.z")]
-    C: Annotated[ClimbRecord, means("phi_dot > 0")]
-
-
-class SegmentRecord(Record, frozen=True):
-    """A segment of the motion under one model."""
-
-    model: Annotated[str, means("gliding, rolling, flight, or contact (elastic table)")]
-    begin: Annotated[str, means("begin in s")]
-    end: Annotated[str, means("end in s")]
-    ended: Annotated[str, means("stick, slip, lift_off, ...; the status at the end")]
-
-
-class NormalForceRecord(Record, frozen=True):
-    """The smallest or the largest normal force."""
-
-    value: Annotated[str, means("g_n in N")]
-    t: Annotated[str, means("time in s")]
-    value_error: Annotated[
-        str | None, means("estimated error of the value in N; null in a run without --digits")
-    ]
-    t_error: Annotated[str | None, means("estimated error of the time in s, likewise")]
-
-
-class TheoremRecord(Record, frozen=True):
-    """The verdict of Theorem 1.1 on body and start."""
-
-    verdict: Annotated[
-        Literal["inverts", "does_not_invert", "says_nothing"],
-        means("whether the condition of the theorem holds; nothing is integrated for it"),
-    ]
-    reason: Annotated[str, means("the condition that decides")]
-
-
-class EquatorRecord(Record, frozen=True):
-    """The first passage of the equator theta = pi/2 from below."""
-
-    verdict: Annotated[
-        Literal["passed", "not_passed", "never"],
-        means("never: energy and lambda at the end exclude it for all times"),
-    ]
-    t: Annotated[str | None, means("time of the passage in s; null unless passed")]
-
-
-class EndRecord(Record, frozen=True):
-    """The spin that the motion approaches after its last state."""
-
-    verdict: Annotated[
-        Literal["inverted", "upright", "not_inverted", "undecided"],
-        means("stated only where energy and lambda prove it, within the estimated error"),
-    ]
-    reason: Annotated[str, means("the proof, or the reason why nothing is stated")]
-
-
-class EventRecord(Record, frozen=True):
-    """A recorded event."""
-
-    name: Annotated[str, means("name")]
-    t: Annotated[str, means("time in s")]
-    error: Annotated[
-        str | None, means("estimated error of the time in s; null in a run without --digits")
-    ]
-    change: Annotated[
-        Literal["minimum", "maximum", "up", "down", ""],
-        means("up and down are through zero; empty for a switch between segments"),
-    ]
-    state: Annotated[State, STATE]
-    columns: Annotated[
-        State,
-        means("columns of --columns at the event (SI), with --digits also error:NAME; decimals"),
-    ]
 
 
 class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.run/1"):
-    """The output of `tt-precise run SCENE --json`. Numbers beyond counts are decimal strings."""
+    """The output of `tt-precise run SCENE --json`. Numbers beyond counts are decimals in SI."""
 
     scene: Annotated[str, means("name of the scene")]
     model: Annotated[Literal["gliding", "rolling", "flight"], means("equations of motion")]
@@ -144,480 +52,338 @@ class RunRecord(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_p
     tolerance: Annotated[str, means("relative tolerance")]
     status: Annotated[Ending, means("how the trajectory ended")]
     t_end: Annotated[str, means("end in s")]
-    at_rest: Annotated[
-        Literal["contact point", "centre of mass", ""],
-        means("the point that is at rest at the start; empty if neither is"),
-    ]
-    warnings: Annotated[tuple[str, ...], means("warnings about start and friction")]
-    theorem: Annotated[TheoremRecord, means("the verdict of Theorem 1.1")]
-    equator: Annotated[EquatorRecord, means("whether the axis passed the equator, and when")]
-    end: Annotated[EndRecord, means("the spin that the motion approaches")]
-    climb: Annotated[
-        ClimbsRecord | None, means("times of the climb; null if the axis does not pass the equator")
-    ]
-    contact_lost: Annotated[str | None, means("time of the first loss of contact in s")]
-    smallest_g_n: Annotated[
-        NormalForceRecord | None, means("smallest normal force between start and end")
-    ]
-    largest_g_n: Annotated[NormalForceRecord | None, means("largest normal force, likewise")]
-    stretches: Annotated[
-        tuple[SegmentRecord, ...], means("segments of gliding, rolling, flight, in order of time")
-    ]
     steps: Annotated[int, means("steps taken")]
     order: Annotated[int, means("order of the Taylor method")]
-    state: Annotated[State, STATE]
-    error_estimate: Annotated[
-        dict[str, str], means("estimated absolute error of each component, decimals")
+    at_rest: Annotated[str, means("the point that is at rest at the start; empty if none is")]
+    warnings: Annotated[tuple[str, ...], means("warnings about start, friction and columns")]
+    theorem: Annotated[str, means("inverts, does_not_invert or says_nothing: Theorem 1.1")]
+    theorem_reason: Annotated[str, means("the condition that decides")]
+    equator: Annotated[str, means("passed, not_passed, or never by energy and lambda")]
+    end: Annotated[str, means("the proved spin: inverted, upright, not_inverted or undecided")]
+    end_reason: Annotated[str, means("the proof, or the reason why nothing is stated")]
+    times: Annotated[
+        Texts, means("equator, climb by three definitions, extreme forces, loss of contact, in s")
     ]
-    digits: Annotated[float, means("correct digits of the worst component of `state`, at the end")]
-    drift: Annotated[
-        dict[str, str],
-        means("largest relative drift of each conserved quantity, decimals"),
+    forces: Annotated[Texts, means("smallest and largest normal force g_n in N")]
+    errors: Annotated[Texts, means("estimated errors of times and forces, with --digits")]
+    segments: Annotated[
+        tuple[Texts, ...], means("model, begin, end (s) and status of each segment of the motion")
     ]
-    events: Annotated[tuple[EventRecord, ...], means("recorded events in order of time")]
-    touches: Annotated[tuple[str, ...], means(f"events whose function {TOUCHES}")]
+    state: Annotated[Texts, means("the state at the end; null where undefined")]
+    error_estimate: Annotated[dict[str, str], means("estimated absolute error by component")]
+    digits: Annotated[float, means("correct digits of the worst component at the end")]
+    drift: Annotated[dict[str, str], means("largest relative drift of each conserved quantity")]
+    events: Annotated[
+        tuple[dict[str, Json], ...],
+        means("name, t, error, change, state and columns of each event, in order of time"),
+    ]
+    touches: Annotated[tuple[str, ...], means("events whose function only touches zero")]
 
 
 @click.command("run", epilog=options.DIGITS)
-@click.argument("scene")
+@options.scene()
 @options.PRECISION
 @click.option("--bits", type=int, help="Bits of --precision mp; by default 200.")
 @click.option("--digits", type=int, help="Number of correct digits; chooses the arithmetic.")
 @click.option("--formulation", help="Coordinates: newton (the default) or euler.")
 @click.option(
-    "--contact",
-    default="unilateral",
-    show_default=True,
+    "--contact", default="unilateral", show_default=True,
     help="unilateral: ends where g_n reaches 0; bilateral: continues with g_n < 0.",
-)
-@click.option("--until", help="Horizon in s, instead of the scene's.")
+)  # fmt: skip
 @click.option("--events", help="Events to record: names separated by commas, or all.")
-@click.option("--record", help="Also integrate any of phi,psi,x,y, separated by commas.")
+@click.option("--record", default="", help="Also integrate any of phi,psi,x,y.")
 @click.option(
-    "--columns",
+    "--columns", default="",
     help="Columns of --out and of the events of --json, or panels of --plot, separated by commas: "
-    "quantities, pose, pose:xyzw, error:NAME, drift:NAME (an error only where the motion conserves "
-    "NAME), digits.",
-)
+    "quantities, pose, pose:xyzw, error:NAME, drift:NAME, digits.",
+)  # fmt: skip
 @click.option(
-    "--out",
-    type=click.Path(dir_okay=False),
+    "--out", type=options.FILE,
     help=f"Write the trajectory (SI), as one of: {', '.join(filter(None, FORMATS))}.",
-)
-@click.option(
-    "--plot", type=click.Path(dir_okay=False), help="Plot the trajectory (.svg, .png or .pdf)."
-)
-@click.option(
-    "--animate",
-    type=click.Path(dir_okay=False),
-    help="Write a page (.html) on which the top moves.",
-)
+)  # fmt: skip
+@click.option("--plot", type=options.FILE, help="Plot the trajectory (.svg, .png or .pdf).")
+@click.option("--animate", type=options.FILE, help="Animate the top on a page (.html).")
 @options.JSON
 def command(
-    scene: str,
-    precision: str | None,
-    bits: int | None,
-    digits: int | None,
-    formulation: str | None,
-    contact: str,
-    until: str | None,
-    events: str | None,
-    record: str | None,
-    columns: str | None,
-    out: str | None,
-    plot: str | None,
-    animate: str | None,
-    as_json: bool,
-) -> int:
+    scene: Scene, formulation: str | None, record: str, columns: str, out: Path | None,
+    plot: Path | None, animate: Path | None, as_json: bool, events: str | None, **how: Any,
+) -> int:  # fmt: skip
     """Integrate SCENE, a shipped name or a TOML file.
 
     Exit status 1 if the trajectory ended before its horizon, or had g_n < 0 at some time (only with
     --contact bilateral).
     """
     from tt_precise.integration import integrate
-    from tt_precise.integration.ladder import MOST_SECONDS, seconds_for
+    from tt_precise.integration.columns import POSE_COLUMNS
+    from tt_precise.integration.views import require_animation
+    from tt_precise.runtime import plotting, tables
     from tt_precise.runtime.terminal import progress_bar
-    from tt_precise.scene.scene import RECORDABLE, load_scene
+    from tt_precise.scene.scene import RECORDABLE
 
-    loaded = load_scene(scene)
-    if until is not None:
-        loaded = loaded.varied(until=until)
-    recorded = set(listed(record or "") or loaded.record)
+    names = tuple(name for name in listed(columns) if name != "t")
+    require_columns(names)
+    recorded = {*(listed(record) or scene.record)}
     if formulation == "euler":
         recorded.add("phi")  # so that the end can be shown as vectors too
-    wanted = asked_columns(columns)
-    # refused now, not after a long integration
-    outputs = {"--out": out, "--plot": plot, "--animate": animate}
-    if plot is not None:
-        from tt_precise.runtime.plotting import require_format
-
-        require_format(plot)
-    if animate is not None:
-        from tt_precise.integration.views import require_animation
-
-        require_animation(Path(animate))
-    for option, path in outputs.items():
+    if animate or POSE_COLUMNS.keys() & {*names}:
+        recorded |= {*RECORDABLE}  # now, not in a second integration
+    for path, require in (
+        (out, tables.format_of), (plot, plotting.require_format), (animate, require_animation),
+    ):  # fmt: skip
         if path is not None:
-            _require_writable(Path(path), option)
+            require(path)
+    with progress_bar(f"integrating {scene.name}") as progress:
+        run = integrate(
+            scene, formulation=formulation, events=events or None, record=recorded,
+            progress=progress, **how,
+        )  # fmt: skip
     if out is not None:
-        from tt_precise.runtime import tables
-
-        tables.format_of(out)
-    elif wanted and plot is None and not (as_json and (events or loaded.events)):
-        raise InputError(
-            "--columns: got names without --out, --plot or --events with --json, expected one of "
-            "them; `tt-precise events SCENE --columns NAMES` shows values at events"
-        )
-    posed = require_columns(wanted)
-    if posed or animate is not None:
-        if loaded.start.theta.at_pole:
-            raise InputError(
-                f"{'--columns' if posed else '--animate'}: got a start whose axis is exactly "
-                "vertical, where phi and psi are undefined; expected a tilt, such as theta = 1e-9"
-            )
-        recorded |= set(RECORDABLE)  # now, not in a second integration
-    seconds = seconds_for(digits, loaded, formulation == "euler", contact) if digits else 0.0
-    if LONG_S < seconds <= MOST_SECONDS:
-        click.echo(f"--digits {digits}: takes about {seconds / 60:.0f} min", err=True)
-    with progress_bar(f"integrating {loaded.name}") as progress:
-        trajectory = integrate(
-            loaded,
-            precision,
-            digits=digits,
-            formulation=formulation,
-            events=events or None,
-            record=recorded,
-            bits=bits,
-            contact=contact,
-            progress=progress,
-        )
-    if out is not None:
-        table = trajectory.table(*wanted, numbers="text")
-        if trajectory.precision.name == "double" and not tables.format_of(out).text:
-            table = {
-                name: [None if text is None else float(text) for text in column]
-                for name, column in table.items()
-            }
+        table = run.table(*names, numbers="text")
+        if run.precision.name == "double" and not tables.format_of(out).text:
+            table = {name: [t and float(t) for t in column] for name, column in table.items()}
         tables.write_table(out, table)
     if plot is not None:
-        from tt_precise.runtime.plotting import save
-
-        save(trajectory.plot(*wanted), plot)
+        plotting.save(run.plot(*names), plot)
     if animate is not None:
-        trajectory.animate(animate)
-    outcome = answers(trajectory, exactly=digits is not None)
-    content = summary(trajectory, outcome, wanted, exactly=digits is not None)
-    options.emit(as_json, content, lines(trajectory, outcome, wanted))
-    return 0 if trajectory.status == "complete" else UNFINISHED
+        run.animate(str(animate))
+    content = record_of(run, names, exactly=how["digits"] is not None)
+    options.emit(as_json, content, lines(content))
+    return 0 if run.status == "complete" else UNFINISHED
 
 
-def summary(
-    trajectory: Trajectory, outcome: dict[str, Any], columns: Sequence[str] = (), *, exactly: bool
-) -> RunRecord:
-    """The JSON object of the command, with the ``answers``; numbers beyond a count are strings.
+def require_columns(names: Sequence[str]) -> None:
+    """Refuse unknown columns.
 
-    The events have these ``columns``, without drifts.
+    Raises ``InputError``: a name is neither a column nor an error or a drift of one.
     """
-    context = trajectory.precision.context
+    from tt_precise.integration.columns import POSE_COLUMNS
+    from tt_precise.mechanics.conserved import INTEGRALS
 
-    def short(value: Scalar) -> str:
-        return str(context.nstr(context.mpf(value), 3, min_fixed=0, max_fixed=0))
-
-    return RunRecord(
-        scene=trajectory.scene.name,
-        model=cast(Any, trajectory.scene.model),
-        formulation=cast(Any, trajectory.formulation),
-        precision=cast(Any, trajectory.precision.name),
-        bits=trajectory.precision.bits,
-        tolerance=short(trajectory.tolerance),
-        status=cast(Any, trajectory.status),
-        t_end=trajectory.precision.text(trajectory.t_end),
-        **outcome,
-        steps=trajectory.steps,
-        order=trajectory.order,
-        state=trajectory.state.as_text(),
-        error_estimate={name: short(e) for name, e in trajectory.error_estimate.items()},
-        digits=round(trajectory.digits, 1),
-        drift={name: short(value) for name, value in trajectory.drift.items()},
-        events=tuple(
-            EventRecord(**row) for row in event_rows(trajectory, columns, exactly=exactly)
-        ),
-        touches=trajectory.touches,
-    )
+    columns = [*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS, "digits"]
+    for name in names:
+        plain = name.removeprefix("error:").removeprefix("drift:")
+        drifts = INTEGRALS if name.startswith("drift:") else ()
+        require_name("--columns", plain, [*columns, *drifts])
 
 
-def answers(trajectory: Trajectory, *, exactly: bool = False) -> dict[str, Any]:
-    """Return the outcome: the entries of ``RunRecord`` from ``at_rest`` to ``stretches``.
+def record_of(run: Trajectory, columns: Sequence[str] = (), *, exactly: bool = False) -> RunRecord:
+    """Return the record of a trajectory; its events have these ``columns``.
 
     ``exactly``: the climb and the forces in the arithmetic of the run, with their errors; otherwise
     in double, which costs a hundredth of a second.
     """
     from tt_precise.certify.outcome import outcome_of
+    from tt_precise.integration.reading import changes
+
+    text, scene = run.precision.text, run.scene
+    times, forces, errors = times_and_forces(run, exactly=exactly)
+    theorem, equator, end = outcome_of(run, times.get("equator"))
+    warnings = (scene.rest_warning, creep_warning(run), changes(run.run, columns))
+    return RunRecord(
+        scene=scene.name,
+        model=cast(Any, scene.model),
+        formulation=cast(Any, run.formulation),
+        precision=cast(Any, run.precision.name),
+        bits=run.precision.bits,
+        tolerance=short(run.tolerance),
+        status=cast(Any, run.status),
+        t_end=text(run.t_end),
+        steps=run.steps,
+        order=run.order,
+        at_rest=scene.at_rest,
+        warnings=tuple(filter(None, warnings)),
+        theorem=theorem.verdict,
+        theorem_reason=theorem.reason,
+        equator=equator.verdict,
+        end=end.verdict,
+        end_reason=end.reason,
+        times=times,
+        forces=forces,
+        errors=errors,
+        segments=tuple(
+            {"model": part.model, "begin": text(part.begin), "end": text(part.end),
+             "status": str(part.status)}
+            for part in run.pieces
+        ),
+        state=run.state.as_text(),
+        error_estimate={name: short(error) for name, error in run.error_estimate.items()},
+        digits=round(run.digits, 1),
+        drift={name: short(drift) for name, drift in run.drift.items()},
+        events=tuple(event_rows(run, columns, exactly=exactly)),
+        touches=tuple(run.touches),
+    )  # fmt: skip
+
+
+def times_and_forces(run: Trajectory, *, exactly: bool) -> tuple[Texts, Texts, Texts]:
+    """Return the times of the climb and of extreme normal forces, these forces, and the errors."""
     from tt_precise.integration.inversion import NEEDED
-
-    text = trajectory.precision.text
-    climb = passage = None
-    smallest = largest = None
-    if trajectory.t_end > 0:  # what fails at once has no events
-        if trajectory.scene.model == "flight":  # there a top turns over without a climb
-            passage = _passage(trajectory)
-        else:
-            run = _with_events(trajectory, *NEEDED, FORCE, exactly=exactly)
-            climb = _climbs(run, exactly=exactly)
-            passage = climb.equator if climb else None
-            smallest, largest = _forces(run, exactly=exactly)
-    theorem, equator, end = outcome_of(trajectory, passage)
-    stretches = tuple(
-        SegmentRecord(piece.model, text(piece.begin), text(piece.end), piece.status)
-        for piece in trajectory.pieces
-    )
-    return {
-        "at_rest": trajectory.scene.at_rest,
-        "warnings": tuple(filter(None, (trajectory.scene.rest_warning, _creep(trajectory)))),
-        "theorem": TheoremRecord(**theorem.as_dict()),
-        "equator": EquatorRecord(*equator),
-        "end": EndRecord(*end),
-        "climb": climb,
-        "contact_lost": next((text(p.end) for p in trajectory.pieces if p.leaves), None),
-        "smallest_g_n": smallest,
-        "largest_g_n": largest,
-        "stretches": stretches,
-    }
-
-
-def _creep(trajectory: Trajectory) -> str:
-    """The warning about a creeping contact where Coulomb's law may stick; "" without one."""
-    import numpy
-
-    numbers = trajectory.scene.body.numbers_by_name
-    if trajectory.scene.model != "gliding" or "epsilon" not in numbers:
-        return ""
-    table = trajectory.table("gliding_speed", numbers="float")
-    slow = numpy.asarray(table["gliding_speed"], float) < float(numbers["epsilon"])
-    if not slow.any():
-        return ""
-    first = int(slow.argmax())
-    last = first + int(numpy.append(slow[first:], [False]).argmin()) - 1
-    begin, end = (float(table["t"][row]) for row in (first, last))
-    return (
-        f"v_A is below epsilon = {float(numbers['epsilon']):g} m/s at {int(slow.sum())} of "
-        f"{len(slow)} samples, first from {begin:g} to {end:g} s: the contact creeps there and "
-        "does not stick, and all later motion may depend on epsilon: compare a smaller one"
-    )
-
-
-def _with_events(trajectory: Trajectory, *events: str, exactly: bool = False) -> Trajectory:
-    """The run with these events, in double unless recorded, which costs a hundredth of a second."""
     from tt_precise.integration.precision import precision_named
-
-    if set(events) <= set(trajectory.setup.events):
-        return trajectory
-    if exactly:
-        return trajectory.again(events=events, record=())
-    double = precision_named("double")
-    return trajectory.again(precision=double, tolerance=0.0, events=events, record=())
-
-
-def _passage(trajectory: Trajectory) -> str | None:
-    """Return the time (s) of the first passage of the equator from below, as text."""
     from tt_precise.threshold import crossing
 
-    run = _with_events(trajectory, "equator")
-    return run.precision.text(crossing(run))
-
-
-def _climbs(run: Trajectory, *, exactly: bool) -> ClimbsRecord | None:
-    if run.inversion.equator is None:
-        return None
-    text, errors = run.precision.text, run.inversion_errors if exactly else {}
-    times = {"equator": run.inversion.equator, **run.inversion.times}
-    shown = {name: text(t) for name, t in times.items()}
-    apart = {name: f"{error:.2g}" for name, error in errors.items()}
-    climbs = [
-        ClimbRecord(*(column.get(f"{end}_{d}") for column in (shown, apart) for end in ENDS))
-        for d in "ABC"
-    ]
-    return ClimbsRecord(run.precision.name, text(times["equator"]), apart.get("equator"), *climbs)
-
-
-def _forces(run: Trajectory, *, exactly: bool) -> tuple[NormalForceRecord | None, ...]:
-    """The smallest and the largest g_n at its extrema, and at the ends of the segments."""
-    # errors are known at events and samples, not at the ends of segments
-    events = run.event_table(["g_n", *(ERRORS if exactly else ())], {FORCE})
-    none = [None] * len(events["t"])
-    known = [*zip(events["g_n"], events["t"], *(events.get(e, none) for e in ERRORS), strict=True)]
-    at_ends = run.table("g_n", times=[0, *(piece.end for piece in run.pieces)], numbers="exact")
-    known += [(*row, None, None) for row in zip(at_ends["g_n"], at_ends["t"], strict=True)]
-    # Where contact is lost g_n is 0; the value there is the rounding of that.
-    lost = {float(piece.end) for piece in run.pieces if piece.leaves}
-    forces = [
-        (0 * t if float(t) in lost else force, t, *errors)
-        for force, t, *errors in known
-        if force is not None and math.isfinite(force)
-    ]
-    if not forces:
-        return None, None
+    lost = {float(part.end): part.end for part in run.pieces if part.leaves}
+    first_loss = {"contact_lost": run.precision.text(min(lost.values()))} if lost else {}
+    if run.t_end <= 0:  # a motion that fails at once has no events
+        return {}, {}, {}
+    flies = run.scene.model == "flight"  # there a top turns over without a climb
+    events = ("equator",) if flies else (*NEEDED, "extremum:g_n")
+    if not {*events} <= {*run.setup.events}:
+        double = {"precision": precision_named("double"), "tolerance": 0.0}
+        run = run.again(events=events, record=(), **({} if exactly else double))
     text = run.precision.text
-    return tuple(
-        NormalForceRecord(
-            text(force), text(t), *(None if e is None else f"{float(e):.2g}" for e in errors)
-        )
-        for force, t, *errors in (min(forces, key=itemgetter(0)), max(forces, key=itemgetter(0)))
+    if flies:
+        passage = crossing(run)
+        return {} if passage is None else {"equator": text(passage)}, {}, {}
+    climb, errors = run.inversion, run.inversion_errors if exactly else {}
+    times = {} if climb.equator is None else {"equator": climb.equator, **climb.times}
+    columns = ["g_n", *(("error:g_n", "error:t") if exactly else ())]
+    table = run.event_table(columns, {"extremum:g_n"})
+    rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
+    ends = run.table("g_n", times=[0, *(part.end for part in run.pieces)], numbers="exact")
+    rows += [{"g_n": g_n, "t": t} for g_n, t in zip(ends["g_n"], ends["t"], strict=True)]
+    for row in rows:
+        if float(row["t"]) in lost:  # g_n is 0 there, but for its rounding
+            row["g_n"] = 0 * row["t"]
+    rows = [row for row in rows if row["g_n"] is not None and math.isfinite(row["g_n"])]
+    forces = {}
+    for name, choose in (("min_g_n", min), ("max_g_n", max)) if rows else ():
+        row = choose(rows, key=itemgetter("g_n"))
+        forces[name], times[f"t_{name}"] = row["g_n"], row["t"]
+        if "error:g_n" in row:
+            errors = {**errors, name: row["error:g_n"], f"t_{name}": row["error:t"]}
+    as_texts = {name: text(time) for name, time in times.items()} | first_loss
+    forces = {name: text(force) for name, force in forces.items()}
+    return as_texts, forces, {name: f"{float(error):.2g}" for name, error in errors.items()}
+
+
+def creep_warning(run: Trajectory) -> str:
+    """Return the warning about a creeping contact where Coulomb's law may stick, or ""."""
+    import numpy
+
+    epsilon = float(run.scene.body.numbers_by_name.get("epsilon", 0))
+    if run.scene.model != "gliding" or not epsilon:
+        return ""
+    table = run.table("gliding_speed", numbers="float")
+    slow = numpy.flatnonzero(numpy.asarray(table["gliding_speed"], float) < epsilon)
+    if not slow.size:
+        return ""
+    return (
+        f"v_A is below epsilon = {epsilon:g} m/s at {slow.size} of {len(table['t'])} samples, "
+        f"first at {float(table['t'][slow[0]]):g} s: the contact creeps there and does not stick, "
+        "and all later motion may depend on epsilon: compare a smaller one"
     )
-
-
-def with_errors(names: Iterable[str]) -> tuple[Name, ...]:
-    """The columns, each followed by the column of its error."""
-    from tt_precise.integration.columns import expanded
-    from tt_precise.integration.errors import ERROR, is_estimate
-
-    return expanded(n if is_estimate(n) else (n, f"{ERROR}{n}") for n in expanded(names))
 
 
 def event_rows(
-    trajectory: Trajectory, columns: Iterable[str] = (), *, exactly: bool = False
+    run: Trajectory, columns: Sequence[str] = (), *, exactly: bool = False
 ) -> list[dict[str, Json]]:
-    """Return the recorded events for JSON: name, t, change, state and ``columns`` as strings.
+    """Return the recorded events: name, t, error, change, state and ``columns`` as decimals.
 
     ``exactly``: with the estimated errors of times and columns. Drifts are no columns of events.
     """
     from tt_precise.integration.columns import expanded
-    from tt_precise.integration.errors import ERROR_OF_TIME, is_estimate
     from tt_precise.integration.events import change
     from tt_precise.integration.reading import is_drift
 
-    state, asked = trajectory.run.columns.names, [n for n in columns if not is_drift(n)]
-    further = with_errors(asked) if exactly else expanded(asked)
-    table = trajectory.event_table(expanded([state, further, ERROR_OF_TIME if exactly else ()]))
+    state = run.run.columns.names
+    plain = expanded(name for name in columns if not is_drift(name))
+    estimates = ("error:", "digits")
+    extra = [
+        column for name in plain for column in (name, f"error:{name}")
+        if column == name or (exactly and not str(name).startswith(estimates))
+    ]  # fmt: skip
+    table = run.event_table(expanded([state, extra, "error:t" if exactly else ()]))
 
-    def decimals(name: Name, value: Scalar) -> str | None:
+    def decimals(name: str, value: Scalar) -> str | None:
         if value is None or value != value:
             return None
-        return f"{value:.2g}" if is_estimate(name) else str(trajectory.precision.text(value))
+        if name == "digits":
+            return f"{float(value):.1f}"
+        estimate = str(name).startswith("error:")
+        return f"{float(value):.2g}" if estimate else str(run.precision.text(value))
 
-    rows = (dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True))
+    rows = (dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True))
     return [
         {
             "name": row["name"],
             "t": decimals("t", row["t"]),
-            "error": decimals(ERROR_OF_TIME, row.get(ERROR_OF_TIME)),
+            "error": decimals("error:t", row.get("error:t")),
             "change": change(row["name"], int(row["direction"])),
             "state": {name: decimals(name, row[name]) for name in state},
-            "columns": {str(name): decimals(name, row[name]) for name in further},
+            "columns": {str(name): decimals(str(name), row[name]) for name in extra},
         }
         for row in rows
     ]
 
 
-def lines(
-    trajectory: Trajectory, outcome: dict[str, Any], columns: Sequence[str] = ()
-) -> list[str]:
-    """Return the text: the end, the ``answers``, the last state, its digits, notes on columns."""
-    from tt_precise.integration.reading import changes
-
-    context = trajectory.precision.context
-
-    def short(value: Scalar) -> str:
-        return str(context.nstr(context.mpf(value), 2))
-
-    digits, state = trajectory.digits, trajectory.state  # in this order: it then knows its errors
-    shown = [
-        f"{trajectory.scene.name}: {trajectory.status} at t = {trajectory.end_text} s "
-        f"({trajectory.precision.name}, tolerance {short(trajectory.tolerance)}, "
-        f"{trajectory.formulation}, {trajectory.steps} steps)",
-        *_outcome_lines(outcome, trajectory.precision.with_error),
-        *(f"  {line}" for line in str(state).splitlines()[1:]),  # without its time
-        f"  digits at the end, of the worst component: {digits:.1f}",
-        *(f"  drift of {name}: {short(value)}" for name, value in trajectory.drift.items()),
-    ]
-    shown += [f"  {count} x {name}" for name, count in trajectory.event_counts.most_common()]
-    shown += [f"  {name}: its function {TOUCHES}" for name in trajectory.touches]
-    shown += [f"  {note}" for note in [changes(trajectory.run, columns)] if note]
-    if trajectory.status == "contact_ignored":
-        shown.append("  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top")
-    elif trajectory.status != "complete":
-        shown.append(f"  NOT COMPLETE: it ended before the horizon of {trajectory.scene.until} s")
-    return shown
-
-
-def _outcome_lines(
-    outcome: dict[str, Any], with_error: Callable[[str, str | None], str]
-) -> list[str]:
+def lines(record: RunRecord) -> Iterator[str]:
+    """Yield a record as text."""
     from tt_precise.exact.thresholds import IN_WORDS
 
-    def seconds(time: str | None, error: str | None = None, *, missing: str = "none") -> str:
-        if time is None:
-            return missing
-        return f"{float(time):.9g} s" if error is None else f"{with_error(time, error)} s"
-
-    def newtons(force: NormalForceRecord) -> str:
-        error = force.value_error
-        return f"{float(force.value):.3g}" if error is None else with_error(force.value, error)
-
-    climb, stretches = outcome["climb"], outcome["stretches"]
-    smallest, largest = outcome["smallest_g_n"], outcome["largest_g_n"]
-    theorem, equator, end = outcome["theorem"], outcome["equator"], outcome["end"]
-    passage = {
-        "passed": f"passed at {seconds(equator.t, climb and climb.equator_error)}",
-        "not_passed": f"not passed by {seconds(stretches[-1].end)}",
-        "never": "never passed: energy and lambda exclude it",
-    }
-    rest = outcome["at_rest"]
-    shown = [f"  start: {rest} at rest"] if rest else []
-    shown += [f"  WARNING: {warning}" for warning in outcome["warnings"]]
-    shown += [
-        f"  theorem: {IN_WORDS[theorem.verdict]}: {theorem.reason}",
-        f"  equator: {passage[equator.verdict]}",
-        f"  end: {APPROACHES[end.verdict]}: {end.reason}",
-    ]
-    if climb is not None:
-        late = f"after {seconds(stretches[-1].end)}"
-        shown += [
-            f"  climb {name}: {seconds(times.t_init, times.t_init_error, missing='not begun')} to "
-            f"{seconds(times.t_end, times.t_end_error, missing=late)}"
-            for name, times in (("A", climb.A), ("B", climb.B), ("C", climb.C))
-        ]
-    if smallest is not None:
-        lost = outcome["contact_lost"]
-        how = "kept" if lost is None else f"lost at {seconds(lost)}"
-        forces = (
-            f"{what} g_n {newtons(force)} N, at {seconds(force.t, force.t_error)}"
-            for what, force in (("smallest", smallest), ("largest", largest))
-        )
-        shown.append(f"  contact: {how}; {'; '.join(forces)}")
-    first = [
-        f"{DOES[stretch.model]} {seconds(stretch.begin)} to {seconds(stretch.end)} "
-        f"({stretch.ended})"
-        for stretch in stretches[:MOST_STRETCHES]
-    ]
-    more = len(stretches) - len(first)
-    return [*shown, "  motion: " + ", ".join(first) + (f", and {more} more" if more else "")]
+    times, errors = record.times, record.errors
+    yield (
+        f"{record.scene}: {record.status} at t = {float(record.t_end):.9g} s ({record.precision}, "
+        f"tolerance {record.tolerance}, {record.formulation}, {record.steps} steps)"
+    )
+    if record.at_rest:
+        yield f"  start: {record.at_rest} at rest"
+    yield from (f"  WARNING: {warning}" for warning in record.warnings)
+    yield f"  theorem: {IN_WORDS[record.theorem]}: {record.theorem_reason}"
+    passage = times["equator"] if record.equator == "passed" else record.t_end
+    yield f"  equator: {EQUATORS[record.equator]} {with_error(passage, errors.get('equator'))} s"
+    yield f"  end: {ENDS[record.end]}: {record.end_reason}"
+    for name in "ABC" if "t_init_A" in times else "":
+        ends = (
+            "none" if times[key] is None else f"{with_error(times[key], errors.get(key))} s"
+            for key in (f"t_init_{name}", f"t_end_{name}")
+        )  # fmt: skip
+        yield f"  climb {name}: {' to '.join(ends)}"
+    lost = times.get("contact_lost")
+    for key, force in record.forces.items():
+        at = with_error(times[f"t_{key}"], errors.get(f"t_{key}"))
+        yield f"  {key}: {with_error(force, errors.get(key), 3)} N, at {at} s"
+    if lost is not None:
+        yield f"  contact: lost at {float(lost):.9g} s"
+    for part in record.segments[:MOST_SEGMENTS]:
+        begin, end = (float(part[key] or "nan") for key in ("begin", "end"))
+        yield f"  {DOES[str(part['model'])]} {begin:.9g} s to {end:.9g} s ({part['status']})"
+    if len(record.segments) > MOST_SEGMENTS:
+        yield f"  and {len(record.segments) - MOST_SEGMENTS} more segments"
+    for name, value in record.state.items():
+        yield f"  {name:>10} {with_error(value, record.error_estimate.get(name))}"
+    yield f"  digits at the end, of the worst component: {record.digits}"
+    yield from (f"  drift of {name}: {drift}" for name, drift in record.drift.items())
+    names = [event["name"] for event in record.events]
+    yield from (f"  {names.count(name)} x {name}" for name in dict.fromkeys(names))
+    yield from (f"  {touch(name)}" for name in record.touches)
+    if record.status == "contact_ignored":
+        yield "  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top"
+    elif record.status != "complete":
+        yield "  NOT COMPLETE: it ended before its horizon"
 
 
-def asked_columns(text: str | None) -> tuple[str, ...]:
-    """The names in ``text``, separated by commas, but for t, with which every table begins."""
-    return tuple(name for name in listed(text or "") if name != "t")
+def touch(name: str) -> str:
+    """Return the sentence about an event whose function only touches zero."""
+    return (
+        f"{name}: its function touches zero, stays there, or crosses it by less than the accuracy "
+        "of the run"
+    )
 
 
-def require_columns(names: tuple[str, ...]) -> bool:
-    """Refuse unknown columns; return whether the pose is among them."""
-    from tt_precise.integration.columns import POSE_COLUMNS
-    from tt_precise.integration.errors import DIGITS, ERROR
-    from tt_precise.integration.reading import DRIFT, is_drift
-    from tt_precise.mechanics.conserved import INTEGRALS
-
-    known = dict.fromkeys([*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS])
-    drifts = known.keys() | INTEGRALS  # Which of them are conserved depends on the scene.
-    for name in names:
-        if is_drift(name) and name.removeprefix(DRIFT) in drifts:
-            continue
-        if name.removeprefix(ERROR) not in known and name != DIGITS:
-            expected = "drift:NAME, error:NAME, digits, or any of: "
-            raise wrong_name("--columns", name, known, expected=expected)
-    return bool(POSE_COLUMNS.keys() & set(names))
+def with_error(value: str | None, error: str | None, digits: int = 9) -> str:
+    """Return a decimal with the digits that its error leaves, and the error; or ``digits``."""
+    if value is None:
+        return "undefined"
+    if error is None or not 0 < float(error) < math.inf:
+        return f"{float(value):.{digits}g}"
+    number = decimal.Decimal(value)
+    last = max(decimal.Decimal(error).adjusted() - 1, int(number.as_tuple().exponent))
+    with decimal.localcontext(prec=EXACT_DIGITS):
+        rounded = number.quantize(decimal.Decimal(1).scaleb(last))
+    return f"{rounded:{'f' if number.adjusted() > -5 else 'e'}} +- {float(error):.2g}"
 
 
-def _require_writable(path: Path, option: str) -> None:
-    if not path.parent.is_dir():
-        raise InputError(f"{option}: got {path}, expected a file in a folder that exists")
-    require_writable(path)
+def short(value: Scalar) -> str:
+    """Return a positive number with three digits, also beyond the range of double."""
+    import mpmath
+
+    return str(mpmath.nstr(mpmath.mpf(value), 3, min_fixed=0, max_fixed=0))
