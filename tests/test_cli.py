@@ -123,6 +123,7 @@ def test_every_option_refuses_a_value_that_is_no_number(
 ) -> None:
     needed = {
         "check": "- --scene reference",
+        "events": "reference",
         "extremes": "reference",
         "run": "reference",
         "sweep run": "reference --vary phi_dot=1,2 --workers 1",

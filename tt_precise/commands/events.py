@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tt_precise.commands import options
-from tt_precise.commands.run import event_rows, require_columns, touch, with_error
+from tt_precise.commands.run import event_rows, require_columns, tangency, with_error
 from tt_precise.mechanics.quantities import described
 from tt_precise.runtime.values import InputError, Json, listed
 
@@ -79,7 +79,7 @@ def command(scene: Scene | None, only: str, columns: str, as_json: bool, **how: 
         "climb": {key: run.precision.text(time) for key, time in climb.items()} or None,
         "climb_errors": {key: f"{errors[key]:.2g}" for key in climb if key in errors} or None,
     }
-    lines += map(touch, run.touches)
+    lines += map(tangency, run.touches)
     if {"all", CLIMB} & {*chosen}:
         texts, apart = content["climb"] or {}, content["climb_errors"] or {}
         lines += [f"{key:>9}: {_seconds(text, apart.get(key))}" for key, text in texts.items()]

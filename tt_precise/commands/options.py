@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 import click
 
 from tt_precise.runtime.values import Json, listed, require_name
-from tt_precise.runtime.workers import cores
 
 F = TypeVar("F", bound=Callable[..., Any])
 Group = click.Group
@@ -38,10 +37,18 @@ PRECISION = click.option(
     type=click.Choice(["double", "extended", "double-double", "quad", "triple-double", "mp"]),
     help="The arithmetic: 53 bits (the default), 64, 104, 113, 155 or 200.",
 )
+
+
+def _cores() -> int:
+    from tt_precise.runtime.workers import cores
+
+    return cores()
+
+
 WORKERS = click.option(
     "--workers",
     type=click.IntRange(1),
-    default=cores,
+    default=_cores,
     show_default="one for each core",
     help="Number of processes.",
 )

@@ -115,7 +115,6 @@ def command(
     """
     from tt_precise.integration import integrate
     from tt_precise.integration.columns import POSE_COLUMNS
-    from tt_precise.integration.views import require_animation
     from tt_precise.runtime import plotting, tables
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.scene.scene import RECORDABLE
@@ -127,11 +126,14 @@ def command(
         recorded.add("phi")  # so that the end can be shown as vectors too
     if animate or POSE_COLUMNS.keys() & {*names}:
         recorded |= {*RECORDABLE}  # now, not in a second integration
-    for path, require in (
-        (out, tables.format_of), (plot, plotting.require_format), (animate, require_animation),
-    ):  # fmt: skip
-        if path is not None:
-            require(path)
+    if out is not None:
+        tables.format_of(out)
+    if plot is not None:
+        plotting.require_format(plot)
+    if animate is not None:
+        from tt_precise.integration.views import require_animation
+
+        require_animation(animate)
     with progress_bar(f"integrating {scene.name}") as progress:
         run = integrate(
             scene, formulation=formulation, events=events or None, record=recorded,
@@ -218,7 +220,6 @@ def times_and_forces(run: Trajectory, *, exactly: bool) -> tuple[Texts, Texts, T
     """Return the times of the climb and of extreme normal forces, these forces, and the errors."""
     from tt_precise.integration.inversion import NEEDED
     from tt_precise.integration.precision import precision_named
-    from tt_precise.threshold import crossing
 
     lost = {float(part.end): part.end for part in run.pieces if part.leaves}
     first_loss = {"contact_lost": run.precision.text(min(lost.values()))} if lost else {}
@@ -231,6 +232,8 @@ def times_and_forces(run: Trajectory, *, exactly: bool) -> tuple[Texts, Texts, T
         run = run.again(events=events, record=(), **({} if exactly else double))
     text = run.precision.text
     if flies:
+        from tt_precise.threshold import crossing
+
         passage = crossing(run)
         return {} if passage is None else {"equator": text(passage)}, {}, {}
     climb, errors = run.inversion, run.inversion_errors if exactly else {}
@@ -320,9 +323,10 @@ def lines(record: RunRecord) -> Iterator[str]:
     from tt_precise.exact.thresholds import IN_WORDS
 
     times, errors = record.times, record.errors
+    how = f"{record.tolerance}, {record.formulation}, {record.steps} steps"
     yield (
-        f"{record.scene}: {record.status} at t = {float(record.t_end):.9g} s ({record.precision}, "
-        f"tolerance {record.tolerance}, {record.formulation}, {record.steps} steps)"
+        f"{record.scene}: {record.status} at t = {float(with_error(record.t_end, None))} s "
+        f"({record.precision}, tolerance {how})"
     )
     if record.at_rest:
         yield f"  start: {record.at_rest} at rest"
@@ -354,14 +358,14 @@ def lines(record: RunRecord) -> Iterator[str]:
     yield from (f"  drift of {name}: {drift}" for name, drift in record.drift.items())
     names = [event["name"] for event in record.events]
     yield from (f"  {names.count(name)} x {name}" for name in dict.fromkeys(names))
-    yield from (f"  {touch(name)}" for name in record.touches)
+    yield from (f"  {tangency(name)}" for name in record.touches)
     if record.status == "contact_ignored":
         yield "  CONTACT IGNORED: g_n < 0 on the way, where no table holds the top"
     elif record.status != "complete":
         yield "  NOT COMPLETE: it ended before its horizon"
 
 
-def touch(name: str) -> str:
+def tangency(name: str) -> str:
     """Return the sentence about an event whose function only touches zero."""
     return (
         f"{name}: its function touches zero, stays there, or crosses it by less than the accuracy "
