@@ -223,7 +223,6 @@ TESTED_ELSEWHERE = {
     "commands/extremes.py": "extremes/test_run.py",
     "commands/tradeoff.py": "test_tradeoff.py",
     "golden/documents.py": "test_schemas.py",  # records: every shipped file is one
-    "golden/solution.py": "check/test_golden.py",  # the distance of rows that `check` reports
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "integration/registry.py": "nonsmooth/test_registration.py",  # of what is registered

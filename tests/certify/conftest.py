@@ -1,6 +1,7 @@
 """Golden tables as they would be, for any scene that is proved."""
 
 from decimal import Decimal, localcontext
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +15,7 @@ from flint import arb
 from tt_precise.certify.balls import bounds
 from tt_precise.certify.compare import Enclosed, State
 from tt_precise.golden.runs import ORDER, columns, exact_decimal
-from tt_precise.golden.store import Stored
+from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
 from tt_precise.scene.scene import Scene
 
@@ -38,7 +39,7 @@ def seeds(quick: int, many: int) -> list[Any]:
 
 def altered(stored: Stored, file: str, table: Table) -> Stored:
     """The golden data with another table."""
-    return replace(stored, **{file.removesuffix(".csv"): table})  # type: ignore[arg-type]
+    return replace(stored, tables={**stored.tables, file: table})
 
 
 def without(table: Table, row: int) -> Table:
@@ -65,4 +66,5 @@ def stored_of(scene: Scene, enclosed: Enclosed) -> Stored:
         for one in kind
     )
     events = Table(("name", "t", "direction", *names), tuple(row for *_, row in happened))
-    return Stored(scene.name, scene.text, Table(("t", *names), tuple(rows)), events, {})
+    tables = {TRAJECTORY: Table(("t", *names), tuple(rows)), EVENTS: events}
+    return Stored(Path(scene.name), scene.text, tables, {})

@@ -80,6 +80,17 @@ def s1_errors_of_pieces_add_up(trusted: Any) -> None:
 
 
 @control
+def s1_a_constant_defect_grows(trusted: Any) -> None:
+    """x' = 8 x + c with c in a ball: the defect d is constant, and its effect is d G, not d S."""
+    one, growth = (
+        Enclosing(trusted, lambda y: [y[0] * 8 + arb(0, TINY)], [arb(1)], 40),
+        arb(2).exp(),
+    )
+    one.on(arb(0.25))
+    everywhere(one, *([growth + c * (growth - 1) / 8] for c in (-TINY, TINY)))
+
+
+@control
 def s2_a_ball_of_starts_grows(trusted: Any) -> None:
     """|e0| exp(a S): solutions through both ends of the starts; and no wider than it has to be."""
     one, half = exponential(trusted, arb(1, TINY)), arb(0.5)

@@ -32,6 +32,11 @@ MUTANTS = [
         "s1_errors_of_pieces_add_up",
     ),
     Mutant(
+        "G = S", K,
+        "gain = ((growth - 1) / a).upper() if a > 0 else length", "gain = length",
+        "s1_a_constant_defect_grows",
+    ),
+    Mutant(
         "the end of a piece elsewhere", K,
         "[x(length) for x in p],", "[x(length * (1 - arb(2) ** -70)) for x in p],",
         "s2_a_ball_of_starts_grows",

@@ -57,9 +57,10 @@ def stored_of(scene: tt.Scene) -> Stored:
     trajectory = printed(run.frame(numbers="exact"))
     times = zip(scene.sample_times, trajectory["t"], strict=True)
     trajectory["t"] = [exact_decimal(exact) or cell for exact, cell in times]
-    tables = Table.of_columns(trajectory), Table.of_columns(printed(run.events))
+    columns = {TRAJECTORY: trajectory, EVENTS: printed(run.events)}
+    tables = {file: Table.of_columns(column) for file, column in columns.items()}
     # a manifest whose hashes are those of other tables
-    return Stored(NAME, scene.text, *tables, store.read_files("reference").manifest)
+    return Stored(Path(NAME), scene.text, tables, store.read_files("reference").manifest)
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +106,7 @@ def test_times_that_are_no_decimals_are_printed_rounded(scene: tt.Scene) -> None
 def test_a_digit_spoiled_in_the_30th_place_is_proved_wrong(
     stored: Stored, proof: Proof, file: str
 ) -> None:
-    spoiled = with_cell(stored.table(file), 2, "vy", lambda cell: other_digit(cell, 31))
+    spoiled = with_cell(stored.tables[file], 2, "vy", lambda cell: other_digit(cell, 31))
     found = compared(altered(stored, file, spoiled), proof)
     assert found.total.wrong == found.tallies[file]["vy"].wrong == 1
     assert found.objection == f"{file}: 1 entries of vy are proved wrong"
@@ -119,7 +120,7 @@ def test_changed_tables_are_refused(stored: Stored, proof: Proof, seeds: range) 
     for seed, kind in zip(seeds, cycle(OF_TABLES), strict=False):
         dice = random.Random(seed)
         file = dice.choice((TRAJECTORY, EVENTS))
-        forged = altered(stored, file, altered_table(dice, stored.table(file), kind))
+        forged = altered(stored, file, altered_table(dice, stored.tables[file], kind))
         assert compared(forged, proof).objection, f"seed {seed}"
 
 
@@ -159,8 +160,8 @@ TAMPERINGS: dict[str, tuple[str, Tampered]] = {
 @pytest.mark.parametrize("name", TAMPERINGS)
 def test_what_was_tampered_with_is_not_certified(stored: Stored, proof: Proof, name: str) -> None:
     file, tampered = TAMPERINGS[name]
-    table = tampered(stored.table(file))
-    assert table != stored.table(file)
+    table = tampered(stored.tables[file])
+    assert table != stored.tables[file]
     found = compared(altered(stored, file, table), proof).mismatches
     assert found
     if name == "a wrong time":
@@ -174,10 +175,18 @@ def test_events_that_do_not_exist_are_named_in_order(stored: Stored, proof: Proo
     made_up = [f"eclipse{letter}" for letter in "hgfedcba"]
     rows = [(name, *row[1:]) for name, row in zip(made_up, stored.events.rows, strict=False)]
     events = Table(stored.events.columns, (*rows, *stored.events.rows))
-    found = compared(replace(stored, events=events), proof).mismatches
+    found = compared(altered(stored, EVENTS, events), proof).mismatches
     named = [one for one in found if "which does not exist" in one]
     assert len(named) == len(rows) > 3
     assert named == sorted(named)
+
+
+@pytest.mark.parametrize("name", ["contact_lost", "landed", "stick"])
+def test_an_end_that_is_not_proved_is_named(stored: Stored, proof: Proof, name: str) -> None:
+    events = stored.events
+    forged = Table(events.columns, (*events.rows, (name, *events.rows[-1][1:])))
+    line = f"{EVENTS}: {name}, which is not proved to happen"
+    assert line in compared(altered(stored, EVENTS, forged), proof).mismatches
 
 
 def test_numbers_that_no_proof_reaches_are_counted(stored: Stored, proof: Proof) -> None:
@@ -210,13 +219,11 @@ def place(stored: Stored, tmp_path: Path) -> Path:
 
 
 def written(stored: Stored, folder: Path) -> Path:
-    texts = {
-        SCENE: stored.scene_text,
-        TRAJECTORY: stored.trajectory.csv(),
-        EVENTS: stored.events.csv(),
-        MANIFEST: store.json_text(stored.manifest),
-    }
-    store.replace_folder(folder / NAME, texts)
+    texts = {file: table.csv() for file, table in stored.tables.items()}
+    texts |= {SCENE: stored.scene_text, MANIFEST: store.json_text(stored.manifest)}
+    (folder / NAME).mkdir()
+    for file, text in texts.items():
+        (folder / NAME / file).write_text(text, "utf-8")
     return folder / NAME
 
 
@@ -269,7 +276,7 @@ def test_certify_writes_the_proof_and_verify_reads_it(stored: Stored, place: Pat
     assert _run(NAME, "--folder", str(folder), "--check") == 0
     path = place / SCENE
     path.write_text(path.read_text().replace('"155"', '"154"'))
-    other = verify_scene(NAME, folder)
+    other = verify_scene(place)
     assert (other.verdict, other.digits_proved) == ("fail", None)  # proved of another scene
 
 
@@ -342,7 +349,7 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
     file: str,
     column: str,
 ) -> None:
-    written(altered(stored, file, cell_of(1, column, cell)(stored.table(file))), tmp_path)
+    written(altered(stored, file, cell_of(1, column, cell)(stored.tables[file])), tmp_path)
     monkeypatch.setattr("tt_precise.certify.files.prove", None)
     with pytest.raises(
         InputError, match=rf"{file}, line 3, {column}: got '{cell}', expected a pri"
@@ -350,9 +357,43 @@ def test_what_is_no_number_is_refused_before_anything_is_proved(
         certify(NAME, folder=tmp_path)
 
 
-@pytest.mark.proofs
+QUICK = ("upright", "inverted", "flight")  # Two or three seconds each.
+PROVED = [name for name in store.scenes() if (store.home() / name / PROOF).is_file()]
+
+
 @pytest.mark.parametrize(
-    "name", [name for name in store.scenes() if (store.home() / name / PROOF).is_file()]
+    "name",
+    [
+        *QUICK,
+        more("coulomb-gliding"),
+        *(
+            pytest.param(name, marks=pytest.mark.proofs)
+            for name in PROVED
+            if name not in (*QUICK, "coulomb-gliding")
+        ),
+    ],
 )
 def test_committed_proofs_come_out_again(name: str) -> None:
     assert check(name).complete
+
+
+@pytest.mark.parametrize(
+    ("stated", "same"),
+    [
+        ("not proved (W2): in older words (of 2026)", True),
+        ("not proved (W3): the contact force, or the spin, may vanish", False),
+    ],
+)
+def test_a_failure_is_the_hypothesis_that_fails_in_any_words(
+    proved_once: None, copied: Path, monkeypatch: Patch, stated: str, same: bool
+) -> None:
+    failure = {"failure": "not proved (W2): the contact force, or the spin, may vanish"}
+    monkeypatch.setattr("tt_precise.certify.files._forever", lambda proof: failure)
+    edit_json(copied / PROOF, lambda content: content.update(forever={"failure": stated}))
+    with nullcontext() if same else pytest.raises(NotProved, match="another forever"):
+        check(NAME, folder=copied.parent)
+    # a failure does not confirm a statement
+    held = json.loads((store.home() / "reference" / PROOF).read_text("utf-8"))["forever"]
+    edit_json(copied / PROOF, lambda content: content.update(forever=held))
+    with pytest.raises(NotProved, match="another forever"):
+        check(NAME, folder=copied.parent)

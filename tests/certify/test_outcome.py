@@ -66,6 +66,18 @@ def test_what_settles_inclined_is_not_inverted() -> None:
     assert found.end.verdict == "not_inverted"
 
 
+def test_a_barrier_before_the_inverted_spin_is_named() -> None:
+    """The energy is above that of the inverted spin, and below that of a top at 60 deg."""
+    body = {"m": "0.015", "R": "0.015", "alpha": "0.1", "I1": "0.32", "g": "9.8"}
+    scene = load_scene("reference").varied(**body, omega_3="300", until="1")
+    end = outcome(scene).end
+    assert end.verdict == "not_inverted"
+    assert "theta = 60 deg" in end.reason
+    # of a slow top the energy itself is too low
+    slow = outcome(load_scene("reference").varied(omega_3="40", until="1")).end
+    assert slow.reason == "its energy is too low for the inverted spin"
+
+
 def test_nothing_is_stated_of_a_state_that_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
     """The control: with no right digit every end is within the error."""
     run = integrate("reference")

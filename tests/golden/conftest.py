@@ -1,15 +1,18 @@
 """A small scene with golden data of its own, built once."""
 
 import shutil
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
 from tt_precise.golden import building, store
-from tt_precise.golden.building import Built, derive
-from tt_precise.golden.runs import LADDER, GoldenRun, perform, tasks
+from tt_precise.golden.building import Built
+from tt_precise.golden.manifest import derive
+from tt_precise.golden.runs import BITS, GoldenRun
 from tt_precise.golden.store import MANIFEST
+from tt_precise.golden.table import Table
 from tt_precise.scene.scene import Scene, load_scene, parse_scene
 
 
@@ -18,9 +21,13 @@ class Small:
     """The first 0.06 s of the reference scene, its runs, and where its data were built."""
 
     scene: Scene
-    runs: list[GoldenRun]
+    runs: Sequence[GoldenRun]
     folder: Path
     built: Built
+
+    @property
+    def path(self) -> Path:
+        return self.folder / self.scene.name
 
 
 def shortened(name: str, until: str) -> Scene:
@@ -29,10 +36,15 @@ def shortened(name: str, until: str) -> Scene:
     return parse_scene(text, name, f"{name}.toml")
 
 
-def rehash(place: Path) -> None:
+def with_table(run: GoldenRun, file: str, table: Table) -> GoldenRun:
+    """A run with another table."""
+    return replace(run, tables={**run.tables, file: table})
+
+
+def rehash(path: Path) -> None:
     """Write the manifest anew, as somebody would who has edited golden data."""
-    stored = store.read_files(place.name, place.parent)
-    derived = derive(stored.scene, stored.trajectory, stored.events)
+    stored = store.read_files(path.name, path.parent)
+    derived = derive(stored.scene, stored.scene_text, stored.tables)
     old = stored.manifest
     for file, entry in derived["files"].items():
         for name, column in entry.get("columns", {}).items():
@@ -40,18 +52,18 @@ def rehash(place: Path) -> None:
                 k: v for k, v in old["files"][file]["columns"][name].items() if k == "agreement"
             }
     files = {**old["files"], **derived["files"]}
-    (place / MANIFEST).write_text(store.json_text({**old, **derived, "files": files}))
+    (path / MANIFEST).write_text(store.json_text({**old, **derived, "files": files}))
 
 
 @pytest.fixture(scope="session")
 def small_built(tmp_path_factory: pytest.TempPathFactory) -> Small:
     place = tmp_path_factory.mktemp("golden")
     scene = shortened("reference", "0.06")
-    runs = {task.label: perform(task) for task in tasks(scene, LADDER[0])}
+    runs = building.witnesses(scene, BITS[0])
     with pytest.MonkeyPatch.context() as patch:  # each run once, and no process of its own
-        patch.setattr(building, "perform", lambda task: runs[task.label])
+        patch.setattr(building, "witnesses", lambda *_: runs)
         built = building.build_scene(scene.name, scene.text, place / "data", False)
-    return Small(scene, list(runs.values()), place / "data", built)
+    return Small(scene, runs, place / "data", built)
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 
 import tt_precise as tt
 from tests.conftest import Patch, of_each_kind
-from tt_precise.golden import building, proofs, store
+from tt_precise.golden import building, manifest, proofs, store
 from tt_precise.golden.store import FILES, MANIFEST, PROOF
 from tt_precise.golden.verifying import inspect
 from tt_precise.integration import integrate
@@ -45,12 +45,12 @@ def test_every_shipped_scene_has_data_and_they_are_small() -> None:
 
 
 def test_reference_has_34_digits_in_every_row_up_to_8_s() -> None:
-    manifest = tt.golden.load("reference").manifest
-    assert (manifest["digits"], manifest["t_end"], manifest["status"]) == (34, "8", "complete")
-    columns = manifest["files"]["trajectory.csv"]["columns"]
+    sealed = tt.golden.load("reference").manifest
+    assert (sealed["digits"], sealed["t_end"], sealed["status"]) == (34, "8", "complete")
+    columns = sealed["files"]["trajectory.csv"]["columns"]
     assert columns["t"]["digits"] is None  # exact
     assert all(c["digits"] == 34 for name, c in columns.items() if name != "t")
-    formulations = {run["formulation"] for run in manifest["evidence"]["runs"]}
+    formulations = {run["formulation"] for run in sealed["evidence"]["runs"]}
     assert formulations == {"newton", "euler"}
 
 
@@ -89,8 +89,8 @@ def test_a_fresh_build_equals_the_committed_bytes(
     """But for the versions of what made them, and the hash of a proof that came after it."""
     sealed = json.loads((store.home() / name / MANIFEST).read_text("utf-8"))
     made_by = sealed["versions"]
-    assert made_by.keys() == building.versions().keys()
-    monkeypatch.setattr(building, "versions", lambda: made_by)
+    assert made_by.keys() == manifest.versions().keys()
+    monkeypatch.setattr(manifest, "versions", lambda: made_by)
     scene = load_scene(name)
     # in this process, where the versions are those
     built = building.build_scene(name, scene.text, tmp_path / "data", False)

@@ -1,11 +1,28 @@
-"""Tables of text: they come back from their own CSV, and what is no table is refused."""
+"""Tables of text, and the digits that are printed of an entry."""
+
+import math
+from decimal import Decimal
 
 import pytest
 
-from tt_precise.golden.table import Table
+from tt_precise.golden.table import (
+    EXACTLY,
+    Table,
+    agreement,
+    as_decimal,
+    claims,
+    common_text,
+    correct_digits,
+    is_near_zero,
+    malformed_cells,
+    prints,
+)
 from tt_precise.runtime.values import InputError
 
 TEXT = "t,kx\n0,1.0e-1\n0.01,\n"
+ONE = Decimal(1)
+TWO_THIRDS = Decimal("0." + "6" * 60)
+TIE, STEP = Decimal("1." + "0" * 33 + "5"), Decimal("1e-40")
 
 
 def test_a_table_comes_back_from_its_own_csv() -> None:
@@ -13,7 +30,6 @@ def test_a_table_comes_back_from_its_own_csv() -> None:
     assert table.columns == ("t", "kx")
     assert table.column("kx") == ("1.0e-1", "")
     assert table.csv() == TEXT
-    assert table.floats("t") == (0.0, 0.01)
     assert str(table.floats("kx")) == "(0.1, nan)"
     empty = Table(("t", "kx"), ())
     assert (empty.column("kx"), empty.floats("kx")) == ((), ())
@@ -32,14 +48,88 @@ def test_a_table_comes_back_from_its_own_csv() -> None:
         ("kx,t\n1.0e-1,0\n", False),
     ],
 )
-def test_content_alone_changes_the_hash(other: str, same: bool) -> None:
+def test_only_content_changes_the_hash(other: str, same: bool) -> None:
     assert (Table.parse(other).sha256 == Table.parse(TEXT).sha256) is same
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("", "header"), ("t,t\n0,0\n", "twice"), ("t,kx\n0,1\n0,1,2\n", "line 3")],
+    [("", "header"), ("t,t\n0,0\n", "different names"), ("t,kx\n0,1\n0,1,2\n", "line 3")],
 )
-def test_refuses_what_is_no_table(text: str, words: str) -> None:
+def test_text_that_is_no_table_is_refused(text: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         Table.parse(text)
+
+
+def test_a_scale_is_the_largest_entry_of_a_column_of_numbers() -> None:
+    rows = (("equator", "1.2345e-400", "-1.2366e+400"), ("landed", "", "-0"), ("pole", "0", ""))
+    scales = Table(("name", "t", "kx"), rows).scales
+    assert scales == {"t": Decimal("1.23e-400"), "kx": Decimal("1.24e400")}
+
+
+@pytest.mark.parametrize(
+    ("values", "text"),
+    [
+        # all 34 digits, correctly rounded; fewer where values differ
+        ([TWO_THIRDS, EXACTLY.add(TWO_THIRDS, Decimal("1e-45"))], "6." + "6" * 32 + "7e-1"),
+        ([TWO_THIRDS, EXACTLY.add(TWO_THIRDS, Decimal("4e-20"))], "6." + "6" * 17 + "7e-1"),
+        # a rounding that is undecided: 33 digits are common
+        ([EXACTLY.subtract(TIE, STEP), EXACTLY.add(TIE, STEP)], "1." + "0" * 32 + "e+0"),
+        # not even the sign is common
+        ([Decimal("1e-3"), Decimal("-1e-3")], ""),
+        # 0 below 1e-34 of the scale, and not above
+        ([Decimal("9e-35"), Decimal("-3e-40")], "0"),
+        ([Decimal("1.1e-34"), Decimal("-3e-40")], ""),
+    ],
+)
+def test_a_printed_number_is_common_to_all_values(values: list[Decimal], text: str) -> None:
+    assert common_text(values, ONE) == text
+    assert not text or all(prints(text, value, ONE) for value in values)
+    assert not prints(text or "0", Decimal("0.3"), ONE)
+
+
+@pytest.mark.parametrize("size", ["1", "1e-10", "3e-400", "7.25e+500"])
+def test_agreement_is_relative_to_the_entry(size: str) -> None:
+    first = Decimal(size)
+    assert agreement(first, EXACTLY.multiply(first, Decimal("1.001"))) == pytest.approx(3)
+    assert agreement(first, EXACTLY.multiply(first, Decimal("31"))) == pytest.approx(
+        -math.log10(30)
+    )
+    assert agreement(first, first) == math.inf
+    assert agreement(Decimal(0), first) == -math.inf
+
+
+def test_near_a_zero_digits_count_relative_to_the_scale() -> None:
+    assert is_near_zero("0", ONE)
+    assert is_near_zero("1.23456789012e-23", ONE)  # last digit at 1e-34
+    assert not is_near_zero("1.23456789012e-21", ONE)  # last digit at 1e-32
+    assert not is_near_zero("1." + "0" * 33 + "e-9", ONE)  # has all its digits
+
+
+def test_a_column_claims_the_digits_of_its_weakest_entry() -> None:
+    entries = ["1." + "0" * 33 + "e+0", "1.5e+0", "0", ""]
+    stated = {"digits": 2, "scale": "1.50e+0", "near_zero": 1, "undefined": 1}
+    assert claims(entries, Decimal("1.50")) == stated
+    assert claims(["0", ""], ONE)["digits"] is None
+
+
+@pytest.mark.parametrize("cell", ["nan", "1e9z", "1_0e+0", "+1e+0", "12e+0", "", "\u0661e+0"])
+def test_cells_of_another_form_are_named(cell: str) -> None:
+    table = Table(("t", "kx", "nu_x"), (("0", "1e+0", ""), ("0.5", cell, "0")))
+    assert [line.partition(":")[0] for line in malformed_cells("x.csv", table)] == [
+        "x.csv, line 3, kx"
+    ]
+
+
+def test_correct_digits_lie_between_0_and_34() -> None:
+    assert correct_digits(0.0) == correct_digits(1e-60) == 34
+    assert correct_digits(1e-12) == pytest.approx(12)
+    assert correct_digits(7.0) == correct_digits(math.inf) == 0
+
+
+def test_a_missing_number_is_none_and_other_text_is_refused() -> None:
+    for value in ("", "nan", "-inf", None, float("nan")):
+        assert as_decimal(value) is None
+    for refused in ("1_0", "one", 1j, [1, 2]):
+        with pytest.raises(InputError, match="expected a number"):
+            as_decimal(refused)

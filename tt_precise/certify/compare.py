@@ -9,7 +9,7 @@ motion. Every difference is named and counts as unproved.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from decimal import ROUND_HALF_EVEN, Decimal, InvalidOperation
+from decimal import ROUND_HALF_EVEN, Decimal, InvalidOperation, localcontext
 from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
@@ -17,13 +17,11 @@ from typing import NamedTuple
 from flint import arb
 
 from tt_precise.certify.balls import ball, bounds, round_to
-from tt_precise.golden.digits import DIGITS, PRINTED, ZERO, digits_of, scale_of
 from tt_precise.golden.runs import ORDER, SAME_TIME, columns, exact_decimal
 from tt_precise.golden.store import EVENTS, TRAJECTORY, Stored
-from tt_precise.golden.table import Table
+from tt_precise.golden.table import DIGITS, LABELS, PRINTED, ZERO, Table, digits_of
 from tt_precise.integration.events import JOINING, TERMINAL, catalogue
 
-LABELS = ("name", "direction")
 MOST_EXPONENT = 4  # Most digits of an exponent, its sign included.
 
 State = Mapping[str, arb | None]  # of one row or event, by column, SI; None where undefined
@@ -103,13 +101,13 @@ class TableComparison(NamedTuple):
 def compare(stored: Stored, enclosed: Enclosed) -> TableComparison:
     """Compare the golden tables ``stored`` with balls around their numbers."""
     trajectory = stored.trajectory
-    scales = {name: scale_of(_numbers(trajectory.column(name))) for name in trajectory.columns}
+    scales = {name: _scale(trajectory.column(name)) for name in trajectory.columns}
     rows, problems = _rows(stored, enclosed)
     events, more = _events(stored, enclosed)
     states = {TRAJECTORY: rows, EVENTS: events}
-    misprints = [misprint for file in states for misprint in _misprints(file, stored.table(file))]
+    misprints = [misprint for file in states for misprint in _misprints(file, stored.tables[file])]
     tallies = {
-        file: _tallies(stored.table(file), states[file], scales) for file in (TRAJECTORY, EVENTS)
+        file: _tallies(stored.tables[file], states[file], scales) for file in (TRAJECTORY, EVENTS)
     }
     return TableComparison(tallies, [*misprints, *problems, *more])
 
@@ -209,9 +207,10 @@ def is_whole(cell: str) -> bool:
     return cell == f"{Decimal(cell):.{DIGITS - 1}e}" and bool(Decimal(cell))
 
 
-def _numbers(cells: Sequence[str]) -> list[str]:
-    """The cells that are numbers."""
-    return [cell for cell in cells if is_whole(cell)]
+def _scale(cells: Sequence[str]) -> Decimal:
+    """The largest magnitude of the cells that are numbers, rounded to three digits."""
+    with localcontext(prec=3):
+        return max((abs(Decimal(cell)) for cell in cells if is_whole(cell)), default=Decimal(0))
 
 
 def _disorder(table: Table) -> list[str]:

@@ -19,9 +19,9 @@ from tt_precise.certify.balls import NotProved, bounds, outward, round_to
 from tt_precise.certify.compare import TableComparison, compare
 from tt_precise.certify.statements import BITS, Proof, prove
 from tt_precise.golden import store
-from tt_precise.golden.digits import malformed_cells
 from tt_precise.golden.documents import PROOF_SCHEMA
 from tt_precise.golden.store import EVENTS, PROOF, TRAJECTORY, Stored
+from tt_precise.golden.table import malformed_cells
 from tt_precise.runtime.files import atomic_write, locked, read_json
 from tt_precise.runtime.values import InputError, Json, Scalar
 
@@ -61,8 +61,8 @@ def certify(scene: str, *, folder: Path | None = None) -> Certificate:
     stored = _readable(scene, folder)
     certificate = certificate_of(stored)
     if certificate.complete:
-        place = stored.folder / stored.name
-        with locked(stored.folder, store.WORK):
+        place = stored.path
+        with locked(stored.path.parent, store.WORK):
             atomic_write(place / PROOF, store.json_text(certificate.content))
             store.record_proof(place)
     return certificate
@@ -75,7 +75,7 @@ def check(scene: str, *, folder: Path | None = None) -> Certificate:
     not be enclosed, or ``proof.json`` states something else.
     """
     stored = _readable(scene, folder)
-    path = stored.folder / stored.name / PROOF
+    path = stored.path / PROOF
     if not path.is_file():
         raise InputError(
             f"{stored.name}: got no {PROOF}, expected a proof to compare with; "
@@ -92,15 +92,23 @@ def check(scene: str, *, folder: Path | None = None) -> Certificate:
 def _implies(proved: Json, stated: Json) -> bool:
     """True if a proved statement implies another: the same, or g_n above a lower bound.
 
-    How close a bound is to the least value depends on the steps of the proof.
+    How close a bound is to the least value depends on the steps of the proof. A failure is the same
+    if the same hypothesis fails, in whatever words.
     """
     if proved == stated:
         return True
     try:
+        if "failure" in stated:
+            return _hypothesis(proved["failure"]) == _hypothesis(stated["failure"])
         weaker = Decimal(stated[FORCE]) <= Decimal(proved[FORCE])
         return weaker and {**stated, FORCE: proved[FORCE]} == proved
-    except (KeyError, TypeError, ArithmeticError):
+    except (KeyError, TypeError, AttributeError, ArithmeticError):
         return False
+
+
+def _hypothesis(failure: str) -> str:
+    """The hypothesis that is not proved: "W2" of "not proved (W2): ..."."""
+    return failure.partition(")")[0].rpartition("(")[2]
 
 
 @dataclass(frozen=True)
@@ -136,7 +144,7 @@ def _readable(scene: str, folder: Path | None) -> Stored:
     stored = store.read_files(scene, folder)
     # before the minutes that a proof takes
     for file in (TRAJECTORY, EVENTS):
-        for misprint in malformed_cells(file, stored.table(file)):
+        for misprint in malformed_cells(file, stored.tables[file]):
             raise InputError(f"{stored.name}: {misprint}")
     return stored
 
@@ -166,7 +174,7 @@ def statements(stored: Stored, proof: Proof, compared: TableComparison) -> dict[
         "schema": PROOF_SCHEMA,
         "scene": stored.name,
         "scene_sha256": store.scene_sha256(stored.scene_text),
-        **{file: {"sha256": stored.table(file).sha256} for file in (TRAJECTORY, EVENTS)},
+        **{file: {"sha256": stored.tables[file].sha256} for file in (TRAJECTORY, EVENTS)},
         "theorem": "docstring of tt_precise.certify.kernel",
         "bits": proof.bits,
         "steps": len(proof.enclosure.steps),

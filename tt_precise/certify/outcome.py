@@ -13,10 +13,12 @@ inverts at 6 s has not passed the equator after 4 s.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Literal, NamedTuple
 
 import flint
+from flint import arb
 
 from tt_precise.certify.balls import Balls, NotProved, around, ball
 from tt_precise.certify.problem import BALLS
@@ -25,8 +27,9 @@ from tt_precise.exact.thresholds import Theorem, theorem
 from tt_precise.integration import Trajectory
 from tt_precise.integration.reading import motions
 from tt_precise.mechanics.newton import NewtonState
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
-from tt_precise.mechanics.thresholds import energy_excludes
+from tt_precise.mechanics.thresholds import BARRIERS, energy_excludes, least_energy
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
@@ -99,11 +102,22 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
                 pole = trapping_region(scene, scene.until, state).pole
                 return End("inverted" if pole < 0 else "upright", CONFINED), never
             except NotProved as error:
-                why = NOT_CONFINED.get(error.hypothesis, error.reason)
+                smooth = scene.body.friction.smooth_at_rest
+                why = NOT_CONFINED.get(error.hypothesis if smooth else "", error.reason)
                 reason = f"energy and lambda do not confine it at the end: {why}"
         if energy_excludes(body, energy, lambda_, z, to=-1):
-            return End("not_inverted", "its energy is too low for the inverted spin"), never
+            return End("not_inverted", _barrier(body, energy, lambda_, z)), never
         return End("undecided", reason + _rolling(trajectory)), never
+
+
+def _barrier(body: Parameters, energy: Scalar, lambda_: Scalar, z: Scalar) -> str:
+    """The reason why the energy excludes the way from cos theta = ``z`` to the inverted spin."""
+    if least_energy(body, arb(-1), lambda_) > energy:
+        return "its energy is too low for the inverted spin"
+    way = [z + (-1 - z) * i / BARRIERS for i in range(BARRIERS)]
+    top = max(way, key=lambda cosine: float(least_energy(body, cosine, lambda_)))
+    degrees = math.degrees(math.acos(float(top)))
+    return f"its energy is too low for theta = {degrees:.0f} deg, before the inverted spin"
 
 
 def _rolling(trajectory: Trajectory) -> str:

@@ -157,7 +157,7 @@ class _Well:
 
     def __init__(self, scene: Scene, now: NewtonState):
         if not scene.body.friction.smooth_at_rest:
-            raise NotProved("friction", f"{scene.body.law} has no derivative where v = 0")
+            raise NotProved("W2", f"{scene.body.law} has no derivative where v = 0")
         start = InitialState.of(scene, BALLS)
         self.body, self.units, self.now = start.body, start.units, now
         self.lambda_ = arb(jellett(start.motion(Balls)))

@@ -15,7 +15,7 @@ from tt_precise.check.columns import Samples
 from tt_precise.check.equations import APART, differences
 from tt_precise.check.flow import EPS, flow
 from tt_precise.check.result import Residual
-from tt_precise.golden.measuring import ending
+from tt_precise.golden.solution import ending
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Array

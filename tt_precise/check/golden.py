@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import TRACK, Block, Samples
-from tt_precise.golden.measuring import RowDistances
-from tt_precise.golden.solution import Rows, TrueSolution
+from tt_precise.golden.solution import Distance, Rows, TrueSolution
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.values import Array, Check, InputError, Verdict
@@ -56,13 +55,13 @@ def widest_gap(t: Array, end: float, spacing: float) -> tuple[float, float, floa
 STEPS_OF_DIGITS = (12, 10, 8, 6, 4, 2, 1)  # The numbers of digits whose end is searched.
 
 
-def digits_over_time(measured: RowDistances, begin: float) -> str:
+def digits_over_time(measured: Distance, begin: float) -> str:
     """Summarise measured rows, as in "9 digits until 1.2 s, none from 5 s".
 
     The times count from ``begin`` (s). Three numbers of digits are named at most: the first, and
     the last that end a fifth later than the one before; none that ends in the first 2 %.
     """
-    rows = measured.compared & ~measured.start
+    rows = measured.compared & (measured.t > 0)
     t, worst = measured.t[rows] - begin, numpy.maximum.accumulate(measured.worst()[rows])
     if not len(t):
         return ""
@@ -137,7 +136,7 @@ def distance_from_solution(
         if asked is not None:
             raise
         return Compared(Check(NAME, "open", note=str(error), meaning=MEANING))
-    measured, ended = distance.measured, distance.ended
+    measured, ended = distance, distance.ended
     digits = measured.fewest()
     worst = min(digits.values(), default=0.0)
     # the first row does not count, as it is given

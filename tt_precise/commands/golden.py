@@ -110,7 +110,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     for name in present:
         try:
             stored = store.read_files(name, folder)
-            entries.append({**_listed(stored), "proof": proofs.summary(stored, folder)})
+            entries.append({**_listed(stored), "proof": proofs.summary(stored)})
         except InputError as error:
             damaged.append({"scene": name, "problem": str(error)})
     missing = [name for name in shipped() if name not in present]
@@ -155,7 +155,7 @@ def certify_command(
 
     scenes = tuple(dict.fromkeys(scenes or some(golden_scenes(folder), folder)))
     for name in scenes:  # fail early
-        place = require(name, folder).path
+        place = require(name, folder)
         if not again:
             require_writable(place / PROOF)
     calls = [Call(name, (name, folder, again)) for name in scenes]

@@ -24,7 +24,7 @@ from tt_precise.engines.protocol import (
     job,
     run,
 )
-from tt_precise.golden.digits import correct_digits
+from tt_precise.golden.table import correct_digits
 from tt_precise.integration import integrate
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conversion import RigidBodyState

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy
 import pandas
 
-from tt_precise.golden.digits import DIGITS, as_decimal
-from tt_precise.golden.measuring import TrueRows
 from tt_precise.golden.solution import Rows, TrueSolution
 from tt_precise.golden.store import Folder, read_whole
+from tt_precise.golden.table import DIGITS, as_decimal
 from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.plotting import new_figure, save, styled
@@ -30,12 +29,9 @@ if TYPE_CHECKING:
 class Comparison:
     """The distance of a trajectory from golden data, in significant correct digits.
 
-    digits
-        The fewest digits of each column, by name.
-    over_time
-        One row for each compared time: ``t`` and the digits of each column.
-    unmatched
-        Number of rows that could not be compared, because their times are outside the golden data.
+    ``digits`` are the fewest of each column, by name. ``over_time`` has one row for each compared
+    time: ``t`` and the digits of each column. ``unmatched`` is the number of rows that could not be
+    compared, because their times are outside the golden data.
     """
 
     scene: str
@@ -102,42 +98,40 @@ def compare(frame: Any, scene: str | Path, *, folder: Folder = None) -> Comparis
         There are no golden data for the scene, no common column, or no time within them.
     """
     stored = read_whole(scene, folder)
-    solution = TrueSolution(stored.scene, folder)
-    golden = TrueRows.of_table(stored.scene, stored.trajectory)
+    golden = stored.trajectory
     frame = pandas.DataFrame(frame.frame(numbers="text") if hasattr(frame, "frame") else frame)
-    names = [name for name in golden.names if name in frame.columns]
+    names = [name for name in golden.columns[1:] if name in frame.columns]
     if "t" not in frame.columns or not names:
         raise InputError(
             f"columns: got {', '.join(map(str, frame.columns))}, expected t and any of: "
-            + ", ".join(golden.names)
+            + ", ".join(golden.columns[1:])
         )
-    numbers = {name: [as_decimal(value) for value in frame[name]] for name in ("t", *names)}
-    first, last = golden.times[0], golden.times[-1]
-    times = _floats(numbers["t"])
-    order = [row for row in numpy.argsort(times).tolist() if first <= times[row] <= BEYOND * last]
+    exact = {name: [as_decimal(value) for value in frame[name]] for name in ("t", *names)}
+    numbers = {
+        name: numpy.array([math.nan if x is None else float(x) for x in values])
+        for name, values in exact.items()
+    }
+    t, (first, *_, last) = numbers["t"], golden.floats("t")
+    order = [row for row in numpy.argsort(t).tolist() if first <= t[row] <= BEYOND * last]
     if not order:
         raise InputError(
             f"t: got no time of the golden data, expected times between {first:g} and {last:g} s"
         )
 
-    def exactly(row: int, wanted: Sequence[str]) -> list[Decimal | None]:
-        return [numbers[name][order[row]] for name in wanted]
+    def exactly(row: int, columns: Sequence[str]) -> list[Decimal | None]:
+        return [exact[name][order[row]] for name in columns]
 
     rows = Rows(
-        times[order],
-        {name: _floats(numbers[name])[order] for name in names},
+        t[order],
+        {name: numbers[name][order] for name in names},
         exactly,
-        lambda row: Fraction(numbers["t"][order[row]] or 0),
+        lambda row: Fraction(exact["t"][order[row]] or 0),
     )
-    measured = solution.distance(rows).measured
-    over_time = pandas.DataFrame({"t": measured.t, **measured.digits()})[measured.compared]
+    distance = TrueSolution(stored.scene, stored.path.parent).distance(rows)
+    over_time = pandas.DataFrame({"t": distance.t, **distance.digits()})[distance.compared]
     return Comparison(
         stored.name,
-        pandas.Series(measured.fewest(), dtype=float).reindex(names),
+        pandas.Series(distance.fewest(), dtype=float).reindex(names),
         over_time.reset_index(drop=True),
         len(frame) - len(over_time),
     )
-
-
-def _floats(numbers: Iterable[Decimal | None]) -> numpy.ndarray:
-    return numpy.array([math.nan if number is None else float(number) for number in numbers])

@@ -17,16 +17,14 @@ from functools import cached_property
 from pathlib import Path
 
 from tt_precise.golden import store
-from tt_precise.golden.digits import DIGITS, ZERO, last_digit_exponent, malformed_cells
 from tt_precise.golden.documents import ProofRecord
-from tt_precise.golden.store import EVENTS, PROOF, TRAJECTORY, Stored
+from tt_precise.golden.store import EVENTS, PROOF, SCENE, TRAJECTORY, Stored
+from tt_precise.golden.table import DIGITS, LABELS, ZERO, last_digit_exponent, malformed_cells
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime import records
 from tt_precise.runtime.values import InputError, Json, Scalar
 from tt_precise.scene.scene import Scene
-
-LABELS = {TRAJECTORY: ("t",), EVENTS: ("name", "direction")}  # Columns without numbers to prove.
 
 
 class Interval:
@@ -51,10 +49,10 @@ class Interval:
 
         Raises ``ArithmeticError``: a decimal is not a finite number.
         """
-        centre, reach = Decimal(middle), Decimal(radius)
-        if not (centre.is_finite() and reach.is_finite() and reach >= 0):
+        centre, bound = Decimal(middle), Decimal(radius)
+        if not (centre.is_finite() and bound.is_finite() and bound >= 0):
             raise ArithmeticError(f"got {middle} and {radius}, expected a middle and a radius")
-        return cls(Fraction(centre) - Fraction(reach), Fraction(centre) + Fraction(reach))
+        return cls(Fraction(centre) - Fraction(bound), Fraction(centre) + Fraction(bound))
 
     @classmethod
     def of_printed(cls, text: str, scale: Decimal) -> Interval:
@@ -117,27 +115,21 @@ class TableProof:
     content: dict[str, Json]
     digits: int
 
-    @property
-    def summary(self) -> dict[str, Json]:
-        """The proved digits and the count of proved numbers, for a list of scenes."""
-        facts = {name: self.content[name] for name in ("rounded", "entries")}
-        return {"digits": self.digits, **facts}
-
 
 def read_proof(name: str, folder: Path | None = None) -> TableProof | None:
     """The proof of the golden tables ``name``; None if there is none.
 
     Raises ``InputError``: the file cannot be used.
     """
-    place = (folder or store.home()) / name
-    if not (place / PROOF).is_file():
+    path = (folder or store.home()) / name
+    if not (path / PROOF).is_file():
         return None
     try:
-        content = records.read_as_record(place / PROOF, ProofRecord, "a proof")
+        content = records.read_as_record(path / PROOF, ProofRecord, "a proof")
     except (InputError, OSError, ValueError) as error:
         again = f"run `tt-precise golden certify {name}`"
         raise InputError(f"{name}: the proof cannot be used ({error}); {again}") from None
-    return TableProof(content, store.read_files(name, place.parent).manifest["digits"])
+    return TableProof(content, store.read_files(name, path.parent).manifest["digits"])
 
 
 def complaints(stored: Stored, record: TableProof) -> list[str]:
@@ -145,24 +137,41 @@ def complaints(stored: Stored, record: TableProof) -> list[str]:
     content, again = record.content, f"; run `tt-precise golden certify {stored.name}`"
     problems = []
     if content["scene_sha256"] != store.scene_sha256(stored.scene_text):
-        problems.append(f"{PROOF}: about another scene than {store.SCENE} says{again}")
+        problems.append(f"{PROOF}: about another scene than {SCENE} says{again}")
     problems += [
         f"{file}: not the table that was proved{again}"
-        for file in (TRAJECTORY, EVENTS)
-        if content[file]["sha256"] != stored.table(file).sha256
+        for file, table in stored.tables.items()
+        if content[file]["sha256"] != table.sha256
     ]
     if content["rounded"] != content["entries"]:
         problems.append(f"{PROOF}: not every number is proved{again}")
     return problems or [line for line in store.changes(stored) if line.startswith(PROOF)]
 
 
+def summary(stored: Stored) -> dict[str, Json] | None:
+    """The proved digits and numbers, or the ``problem`` of the proof; None without a proof."""
+    try:
+        record = read_proof(stored.name, stored.path.parent)
+    except InputError as error:
+        return {"problem": str(error)}
+    if record is None:
+        return None
+    malformed = [x for file, table in stored.tables.items() for x in malformed_cells(file, table)]
+    for problem in (*malformed, *complaints(stored, record)):
+        return {"problem": problem}
+    return {"digits": record.digits, **{n: record.content[n] for n in ("rounded", "entries")}}
+
+
 def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:
-    """The exact numbers of a row of proved tables, by column, without undefined numbers."""
-    table = stored.table(file)
+    """The exact numbers of a row of proved tables, by column, without undefined numbers.
+
+    The times of samples are no numbers to prove.
+    """
+    table = stored.tables[file]
     return {
         name: Interval.of_printed(text, stored.scales[name])
         for name, text in zip(table.columns, table.rows[row], strict=True)
-        if text and name not in LABELS[file]
+        if text and name not in LABELS and (file, name) != (TRAJECTORY, "t")
     }
 
 
@@ -270,22 +279,6 @@ class Established:
             return None
         happened = [event for name in names for event in self._events.get(name, [])]
         return sorted(happened, key=lambda event: event["t"])
-
-
-def summary(stored: Stored, folder: Path | None = None) -> dict[str, Json] | None:
-    """The entry of a proof in a list of scenes, or its ``problem``; None without a proof."""
-    try:
-        record = read_proof(stored.name, folder)
-    except InputError as error:
-        return {"problem": str(error)}
-    if record is None:
-        return None
-    problems = [
-        *malformed_cells(TRAJECTORY, stored.trajectory),
-        *malformed_cells(EVENTS, stored.events),
-        *complaints(stored, record),
-    ]
-    return {"problem": problems[0]} if problems else record.summary
 
 
 def established(scene: Scene, folder: Path | None = None) -> Established:

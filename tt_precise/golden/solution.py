@@ -1,23 +1,25 @@
-"""``TrueSolution``: the true rows of a scene at any times, golden or integrated.
+"""The true solution of a scene at any times, and the distance of rows from it.
 
-If all times are golden, the rows are golden rows; otherwise the scene is integrated to the
-requested digits, which imports heyoka and takes a second.
+If all times are golden, the true rows are golden rows; otherwise the scene is integrated to the
+requested digits, which imports heyoka and takes a second. Errors are relative to the sizes of
+``mechanics.digits``, for ``compare``, ``verify`` and ``check`` alike.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
 
-from tt_precise.golden.measuring import AGREEING, SAME_TIME, RowDistances, TrueRows, ending
-from tt_precise.golden.store import MANIFEST, Folder, locate, read_whole
-from tt_precise.golden.table import Table
+from tt_precise.golden.store import MANIFEST, Folder, Stored, locate, read_whole
+from tt_precise.golden.table import DIGITS, EXACTLY, as_decimal, correct_digits
+from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.terminal import Progress, silent
@@ -30,112 +32,150 @@ if TYPE_CHECKING:
 
 USUAL_DIGITS = 12.0  # Digits of an integrated solution if none are requested.
 # A solution in double, with fewer digits, is read a hundred times faster at many times.
-DIGITS_OF_MANY = 8.0
-MANY = 5000
-AT_ONCE = 50_000  # rows that are read at once: 100 MB
-SPARE_DIGITS = 1.0  # by which an integrated row must be better than what is requested
-IN_DOUBLE = 13.0  # digits that differences of doubles can show
-# An integration ends at so many times the scene's horizon at the latest: times in milliseconds, or
+MANY, DIGITS_OF_MANY = 5000, 8.0
+AT_ONCE = 50_000  # Rows that are read at once: 100 MB.
+SPARE_DIGITS = 1.0  # Digits by which an integrated row must be better than what is requested.
+IN_DOUBLE = 13.0  # Digits that differences of doubles can show.
+# Factor of the scene's horizon up to which a solution is integrated: times in milliseconds, or
 # numbers of rows, would ask for hours of motion.
 LONGEST = 10
+EPS = float(numpy.finfo(float).eps)
+FAR = 1000  # Roundings; a larger error is known to three digits without regard to them.
+SAME_TIME = 4 * EPS  # Relative; a row at a golden time may miss it by a rounding.
+SAME_END = 1e-7  # Relative; see ``TrueSolution.distance``.
+REVOLUTION = Decimal("6.283185307179586476925286766559005768394338798750211641949889185")
+Columns = Mapping[str, Sequence[str] | Array]  # decimals, "" where undefined, or doubles
 
 
 class Rows(NamedTuple):
-    """Rows to compare: times (s), columns in double, and exact numbers.
+    """Rows to compare: times (s), strictly increasing, columns in double, and exact numbers.
 
-    ``exactly(row, names)`` gives the original numbers of a row, ``exact_time(row)`` its time.
+    ``exactly(row, names)`` gives the original numbers of a row, ``exact_time(row)`` its time;
+    without them rows are compared in double.
     """
 
     t: Array
     values: dict[str, Array]
-    exactly: Callable[[int, Sequence[str]], Sequence[Scalar]]
-    exact_time: Callable[[int], Fraction]
+    exactly: Callable[[int, Sequence[str]], Sequence[Scalar]] | None = None
+    exact_time: Callable[[int], Fraction] | None = None
 
 
 class Distance(NamedTuple):
-    """Rows measured by ``how``, the last time (s) of the solution, and why it ends early."""
+    """The distance of rows at times ``t`` (s) from the true rows, measured by ``how``.
 
-    measured: RowDistances
+    ``errors`` has an array of relative errors for each column: NaN where the true entry is
+    undefined or the row is not ``compared``, never less than the error of the solution. ``last`` is
+    the last time (s) of the solution; ``ended`` says why the solution ends before the rows.
+    """
+
+    t: Array
+    errors: dict[str, Array]
+    compared: Array
     how: str
     last: float
     ended: str = ""
 
+    def worst(self) -> Array:
+        """The largest error of each row; 0 where nothing is compared."""
+        return numpy.fmax.reduce([numpy.zeros(len(self.t)), *self.errors.values()])
+
+    @property
+    def at(self) -> float | None:
+        """The time (s) of the largest error of the compared rows; None if there are none."""
+        if not self.compared.any():
+            return None
+        return float(self.t[numpy.argmax(numpy.where(self.compared, self.worst(), -1.0))])
+
+    def fewest(self) -> dict[str, float]:
+        """The fewest digits of each column that was compared."""
+        return {
+            name: correct_digits(float(numpy.nanmax(errors)))
+            for name, errors in self.errors.items()
+            if not numpy.isnan(errors).all()
+        }
+
+    def digits(self) -> dict[str, Array]:
+        """Correct digits of every entry."""
+        with numpy.errstate(divide="ignore"):
+            return {n: numpy.clip(-numpy.log10(e), 0, DIGITS) for n, e in self.errors.items()}
+
 
 class TrueSolution:
-    """The solution of ``scene``; ``absent`` says why there are no golden rows, "" if there are."""
+    """The solution of ``scene``, from its golden data if there are any, and integrated."""
 
     def __init__(self, scene: Scene, folder: Folder = None, progress: Progress = silent):
         self.scene, self._folder, self._progress = scene, folder, progress
         self._runs: dict[tuple[float, float, tuple[str, ...]], Trajectory] = {}
 
     @property
-    def golden(self) -> TrueRows | None:
-        """The golden rows of the scene, if there are any."""
+    def golden(self) -> Stored | None:
+        """The golden data of the scene, if there are any."""
         return self._golden[0]
-
-    @property
-    def absent(self) -> str:
-        """The reason why the scene has no golden rows; "" if it has."""
-        return self._golden[1]
 
     def require_golden(self) -> None:
         """Raise ``InputError`` for unusable golden data, or a named folder without golden data."""
-        if self.absent and self._folder is not None:
-            raise InputError(f"folder: {self.absent}")
+        _, absent = self._golden
+        if absent and self._folder is not None:
+            raise InputError(f"folder: {absent}")
 
     @cached_property
-    def _golden(self) -> tuple[TrueRows | None, str, str]:
-        """The golden rows, the reason why there are none, and the reason of an early end."""
-        name = self.scene.name
-        try:
-            place = locate(name, self._folder)
-        except InputError:
-            place = None
-        if place is None or not (place.path / MANIFEST).is_file():
-            where = "" if self._folder is None else f" in {self._folder}"
-            return None, f"no golden data of a scene {name}{where}", ""
-        stored = read_whole(name, place.folder)
-        scene, true = stored.scene, TrueRows.of_table(stored.scene, stored.trajectory)
+    def _golden(self) -> tuple[Stored | None, str]:
+        """The golden data, or the reason why there are none."""
         own = self.scene
+        try:
+            path = locate(own.name, self._folder)
+        except InputError:
+            path = None
+        if path is None or not (path / MANIFEST).is_file():
+            where = "" if self._folder is None else f" in {self._folder}"
+            return None, f"no golden data of a scene {own.name}{where}"
+        stored = read_whole(own.name, path.parent)
+        scene = stored.scene
         if (scene.model, scene.body, scene.start) != (own.model, own.body, own.start):
-            return None, f"the golden data of {name} are of another body or start", ""
-        status, end = stored.manifest["status"], float(true.times[-1])
-        return true, "", "" if status == "complete" else f"the solution {ending(status, end)}"
+            return None, f"the golden data of {own.name} are of another body or start"
+        return stored, ""
+
+    @cached_property
+    def _times(self) -> Array:
+        return numpy.array(self.golden.trajectory.floats("t") if self.golden else [math.inf])
+
+    def vectors(self, times: Array) -> Array | None:
+        """Vectors (8, times) at times (s); None if the solution does not reach one of them."""
+        rows, last = _at_times(self._times, times), float(times.max())
+        if self.golden is not None and (rows >= 0).all():
+            table = self.golden.trajectory
+            return numpy.array([table.floats(name) for name in NewtonState._fields])[:, rows]
+        run = self._run(last, _usual_digits(len(times)), ())
+        if run.status != "complete" and float(run.t_end) < last:
+            return None
+        columns = run.table(*NewtonState._fields, times=times)
+        return numpy.array([columns[name] for name in NewtonState._fields], float)
 
     def distance(
         self, rows: Rows, digits: float | None = None, needs: frozenset[str] = frozenset()
     ) -> Distance:
         """Measure rows against the solution, integrated to ``digits`` if given.
 
-        ``needs`` are columns that golden rows must have to be used.
+        ``needs`` are columns that golden rows must have to be used. Where the solution ends early,
+        the time of its end is itself a result: a row that agrees with the end in time and state, to
+        the digits that are required (7 if none are), is compared with the end. No other row beyond
+        the end is compared.
         """
-        agreeing = AGREEING if digits is None else 10.0**-digits
-        true, _, ended = self._golden
-        if true is not None and needs <= {*true.names} and self._golden_answer(rows, agreeing):
-            measured = true.measure(rows.t, rows.values, rows.exactly, agreeing)
-            beyond = ended if (rows.t > true.times[-1]).any() else ""
-            return Distance(measured, "at golden times", float(true.times[-1]), beyond)
-        return self._integrate(rows, digits, agreeing)
-
-    def _golden_answer(self, rows: Rows, agreeing: float) -> bool:
-        """Test that each row has a golden time, or lies at or beyond an early end."""
-        true, _, ended = self._golden
-        assert true is not None
-        here = true.at_their_times(rows.t)
-        if ended:
-            here |= rows.t >= true.times[-1] * (1 - agreeing)
-        return bool(here.all())
-
-    def vectors(self, times: Array) -> Array | None:
-        """Vectors (8, times) at times (s); None if the solution does not reach one of them."""
-        true, last = self.golden, float(times.max())
-        if true is not None and true.at_their_times(times).all():
-            return true.vectors(times)
-        run = self._run(last, _usual_digits(len(times)), ())
-        if run.status != "complete" and float(run.t_end) < last:
-            return None
-        found = run.table(*NewtonState._fields, times=times)
-        return numpy.array([found[name] for name in NewtonState._fields], float)
+        agreeing = SAME_END if digits is None else max(10.0**-digits, SAME_TIME)
+        golden, last = self.golden, float(self._times[-1])
+        if golden is not None and needs <= {*golden.trajectory.columns}:
+            status, at_end = golden.manifest["status"], len(self._times) - 1
+            at = _at_times(self._times, rows.t)
+            if status != "complete":
+                at[(at < 0) & (rows.t > last) & (rows.t <= last * (1 + agreeing))] = at_end
+            if ((at >= 0) | ((rows.t > last) & (status != "complete"))).all():
+                there = numpy.flatnonzero(at >= 0)
+                table = golden.trajectory
+                cells = {n: [table.column(n)[i] for i in at[there]] for n in table.columns}
+                distance = _unmeasured(rows, table.columns, "at golden times", last)
+                _measure(distance, there, self.scene, cells, rows, 0.0)
+                return _settled(distance, status, last, agreeing)
+        return self._from_integration(rows, digits, agreeing)
 
     def _run(self, until: float | Fraction, digits: float, record: tuple[str, ...]) -> Trajectory:
         """Integrate to the time ``until`` at least, or use a run that reaches this time.
@@ -154,70 +194,140 @@ class TrueSolution:
             if reached >= until and good >= digits and {*record} <= {*recorded}:
                 return run
         scene = replace(self.scene, until=Fraction(until), events=(), record=record)
-        wanted = math.ceil(digits + SPARE_DIGITS)
-        run = integrate(scene, digits=wanted, progress=self._progress)
+        run = integrate(scene, digits=math.ceil(digits + SPARE_DIGITS), progress=self._progress)
         self._runs[float(until), digits, record] = run
         return run
 
-    def _integrate(self, rows: Rows, digits: float | None, agreeing: float) -> Distance:
-        wanted = _usual_digits(len(rows.t)) if digits is None else digits
-        exact = digits is not None and digits + SPARE_DIGITS > IN_DOUBLE
+    def _from_integration(self, rows: Rows, digits: float | None, agreeing: float) -> Distance:
+        good = _usual_digits(len(rows.t)) if digits is None else digits
         record = tuple(name for name in ("phi", "psi", "x", "y") if name in rows.values)
-        # an end that the rows know a little too early is an end; their times may be doubles
-        further = 1 + Fraction(max(agreeing, SAME_TIME))
-        run = self._run(Fraction(float(max(rows.t[-1], 0.0))) * further, wanted, record)
-        complete = run.status == "complete"
-        last = as_fraction(run.t_end)
-        until = float(self.scene.until) if self.golden is None else float(self.golden.times[-1])
-        horizon = max(until, float(last)) if complete else float(last)
-        within = (rows.t >= 0) & (rows.t <= float(last) * float(further))
-        beyond = within & (rows.t > float(last))
-        at = numpy.flatnonzero(within)
+        # an end that the rows know a little too early is an end
+        beyond = 1 + Fraction(max(agreeing, SAME_TIME))
+        run = self._run(Fraction(float(max(rows.t[-1], 0.0))) * beyond, good, record)
+        end, scene = as_fraction(run.t_end), run.scene
         euler = EulerState._fields if {*EulerState._fields} & {*rows.values} else ()
-        names = (*NewtonState._fields, *euler, *self.scene.further_columns, *record)
-        ended = "" if complete else f"the solution {ending(run.status, float(run.t_end))}"
-        measured = RowDistances.nothing(
-            rows.t, [n for n in rows.values if n in names], numpy.zeros(len(rows.t), bool)
-        )
-        if not len(at):
-            return Distance(measured, "", horizon, ended)
-        for first in range(0, len(at), AT_ONCE):
-            part = at[first : first + AT_ONCE]
-            if exact:
-                times = [min(rows.exact_time(row), last) for row in part.tolist()]
-                found = run.table(*names, times=times, numbers="text")
-                cells = {n: ["" if x is None else x for x in found[n]] for n in names}
-                table = Table.of_columns({"t": [*map(str, rows.t[part].tolist())], **cells})
-                true = TrueRows.of_table(run.scene, table)
+        names = (*NewtonState._fields, *euler, *scene.further_columns, *record)
+        last = float(end)
+        if run.status == "complete":
+            last = max(last, float(self._times[-1] if self.golden else self.scene.until))
+        distance = _unmeasured(rows, names, f"integrated in {run.precision.name}", last)
+        at = numpy.flatnonzero((rows.t >= 0) & (rows.t <= float(end) * float(beyond)))
+        exact_time = rows.exact_time if digits and digits + SPARE_DIGITS > IN_DOUBLE else None
+        for part in numpy.split(at, range(AT_ONCE, len(at), AT_ONCE)):
+            true: Columns
+            if exact_time is not None:
+                times = [min(exact_time(row), end) for row in part.tolist()]
+                table = run.table(*names, times=times, numbers="text")
+                true = {name: [cell or "" for cell in table[name]] for name in names}
             else:
-                found = run.table(*names, times=numpy.minimum(rows.t[part], float(last)))
-                true = TrueRows(run.scene, {**found, "t": rows.t[part]})
-            _measure(measured, part, true, rows, exact, agreeing)
-        own = 10.0**-run.digits_throughout
-        for bound in measured.bounds.values():
-            bound[~numpy.isnan(bound)] = own
-        measured.start[:] = within & (rows.t == 0)
-        away = beyond & (measured.worst() > agreeing)
-        for values in (*measured.errors.values(), *measured.bounds.values()):
-            values[away] = math.nan
-        measured.compared[away] = False
-        missed = ended if (~measured.compared).any() else ""
-        return Distance(measured, f"integrated in {run.precision.name}", horizon, missed)
+                true = run.table(*names, times=numpy.minimum(rows.t[part], float(end)))
+            _measure(distance, part, scene, true, rows, 10.0**-run.digits_throughout)
+        return _settled(distance, run.status, float(end), agreeing)
+
+
+def relative_errors(
+    scene: Scene,
+    true: Columns,
+    numbers: Mapping[str, Array],
+    exactly: Callable[[int, Sequence[str]], Sequence[Scalar]] | None = None,
+) -> dict[str, Array]:
+    """Errors of ``numbers`` relative to their sizes, an array for each column.
+
+    NaN where the true number is undefined, infinite where the given number is missing. If ``true``
+    are decimals, differences near the rounding to double are taken between the decimals and the
+    original numbers, which ``exactly(row, names)`` gives.
+    """
+    body, doubles = scene.body.numbers(float), {n: _doubles(cells) for n, cells in true.items()}
+    times, errors = doubles.pop("t", None), dict[str, Array]()
+    with numpy.errstate(all="ignore"):
+        size_by_name = sizes(body, doubles, numpy)
+        if times is not None:
+            size_by_name["t"] = numpy.maximum(times, math.sqrt(body.R / body.g))
+            doubles["t"] = times
+        for name, given in numbers.items():
+            apart = abs(without_revolutions(name, given - doubles[name]))
+            if exactly is not None:
+                close = apart <= FAR * EPS * numpy.fmax(abs(given), abs(doubles[name]))
+                for row in numpy.flatnonzero(close).tolist():
+                    apart[row] = _apart(name, exactly(row, [name])[0], true[name][row])
+            error = numpy.where(apart == 0, 0.0, apart / size_by_name[name])
+            error[numpy.isnan(error)] = numpy.inf
+            errors[name] = numpy.where(numpy.isnan(doubles[name]), numpy.nan, error)
+    return errors
+
+
+def ending(status: str, t: float) -> str:
+    """The reason why a solution ends at ``t`` (s), and the remedy for later rows."""
+    unit = 10.0 ** (math.floor(math.log10(t)) - 2) if t > 0 else 1.0
+    until = f"--until {math.floor(t / unit) * unit:.12g}"
+    if status == "contact_lost":
+        return f'leaves the table at {t:.6g} s; {until}, or lost = "fly" in the scene\'s [contact]'
+    return f"ends at t = {t:.6g} s: {status}; {until}"
+
+
+def without_revolutions(name: str, apart: Scalar) -> Scalar:
+    """A difference of entries, an array or a decimal, without whole turns of phi and psi."""
+    if name not in ("phi", "psi"):
+        return apart
+    if isinstance(apart, Decimal):
+        turns = EXACTLY.divide(apart, REVOLUTION).to_integral_value()
+        return EXACTLY.subtract(apart, EXACTLY.multiply(turns, REVOLUTION))
+    return apart - float(REVOLUTION) * numpy.rint(apart / float(REVOLUTION))
+
+
+def _apart(name: str, number: Scalar, cell: str) -> float:
+    decimal = as_decimal(number)
+    if decimal is None or not cell:
+        return math.nan
+    return abs(float(without_revolutions(name, EXACTLY.subtract(decimal, Decimal(cell)))))
+
+
+def _doubles(cells: Sequence[Any] | Array) -> Array:
+    if isinstance(cells, numpy.ndarray):
+        return numpy.asarray(cells, float)
+    return numpy.array([float(cell) if cell else math.nan for cell in cells])
+
+
+def _unmeasured(rows: Rows, names: Sequence[str], how: str, last: float) -> Distance:
+    nothing = numpy.full(len(rows.t), numpy.nan)
+    errors = {name: nothing.copy() for name in rows.values if name in names}
+    return Distance(rows.t, errors, numpy.zeros(len(rows.t), bool), how, last)
 
 
 def _measure(
-    measured: RowDistances, part: Array, true: TrueRows, rows: Rows, exact: bool, agreeing: float
+    distance: Distance, part: Array, scene: Scene, true: Columns, rows: Rows, floor: float
 ) -> None:
-    """Measure the rows ``part``: with their original numbers if ``exact``, else in doubles."""
-    found = true.measure(
-        rows.t[part],
-        {name: values[part] for name, values in rows.values.items()},
-        (lambda row, names: rows.exactly(int(part[row]), names)) if exact else None,
-        agreeing,
+    """Measure the rows ``part`` into ``distance``, with errors of at least ``floor``."""
+    exactly, decimals = rows.exactly, not any(isinstance(x, numpy.ndarray) for x in true.values())
+    errors = relative_errors(
+        scene,
+        {name: cells for name, cells in true.items() if name != "t"},
+        {name: rows.values[name][part] for name in distance.errors},
+        (lambda row, names: exactly(int(part[row]), names)) if exactly and decimals else None,
     )
-    measured.compared[part] = found.compared
-    for name, errors in found.errors.items():
-        measured.errors[name][part], measured.bounds[name][part] = errors, found.bounds[name]
+    for name, error in errors.items():
+        distance.errors[name][part] = numpy.where(error < floor, floor, error)
+    distance.compared[part] = True
+
+
+def _settled(distance: Distance, status: str, end: float, agreeing: float) -> Distance:
+    """The distance without the rows after an early end that differ from the end; says why."""
+    if status == "complete":
+        return distance
+    away = (distance.t > end * (1 + SAME_TIME)) & ~(distance.worst() <= agreeing)
+    distance.compared[away] = False
+    for errors in distance.errors.values():
+        errors[away] = numpy.nan
+    missed = distance.t[-1] > end and not distance.compared[-1]
+    return distance._replace(ended=f"the solution {ending(status, end)}" if missed else "")
+
+
+def _at_times(times: Array, t: Array) -> Array:
+    """The index of the row at each time, up to rounding; -1 where there is none."""
+    after = numpy.clip(numpy.searchsorted(times, t), 0, len(times) - 1)
+    before = numpy.maximum(after - 1, 0)
+    near = numpy.where(abs(times[before] - t) <= abs(times[after] - t), before, after)
+    return numpy.where(abs(times[near] - t) <= SAME_TIME * abs(t), near, -1)
 
 
 def _usual_digits(count: int) -> float:

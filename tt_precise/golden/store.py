@@ -1,8 +1,8 @@
-"""The folders of golden data: reading, verification of hashes, replacement.
+"""The folders of golden data: reading, and hashes that detect damage and careless edits.
 
 The manifest of a scene lists its files with hashes of their content; line ends and comments do not
-count. The hashes detect damage and careless edits. Whoever rewrites the files can also rewrite the
-hashes, but the history of the repository shows this.
+count. Whoever rewrites the files can also rewrite the hashes, but the history of the repository
+shows this.
 """
 
 from __future__ import annotations
@@ -16,9 +16,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
-from tt_precise.golden.digits import scales_of
 from tt_precise.golden.table import FORMAT, Table
 from tt_precise.runtime.files import MISSHAPEN, atomic_write, parse_toml, read_json, shipped
 from tt_precise.runtime.values import InputError, Json, wrong_name
@@ -29,24 +27,11 @@ MANIFEST, PROOF = "manifest.json", "proof.json"
 FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
 DOCUMENT = "the manifest of golden data"
 
-PACKAGE = Path(__file__).resolve().parents[1]
 OWN = Path("golden")  # The folder in the working directory, unless another is named.
-VECTORS = "vectors"  # a folder next to the scenes: test vectors, which another command verifies
-LONGEST_NAME = 100
-WORK = "golden build"  # the work that locks a folder
+VECTORS = "vectors"  # A folder next to the scenes: test vectors, which another command verifies.
+WORK = "golden build"  # The work that locks a folder.
 
 Folder = str | os.PathLike[str] | None
-
-
-class Located(NamedTuple):
-    """The name of a scene, and the parent folder of its golden data."""
-
-    name: str
-    folder: Path
-
-    @property
-    def path(self) -> Path:
-        return self.folder / self.name
 
 
 def home() -> Path:
@@ -56,19 +41,13 @@ def home() -> Path:
 
 def in_checkout() -> bool:
     """True in a checkout, where the package's golden data may be built."""
-    return (PACKAGE.parent / "pyproject.toml").is_file() and home().parent == PACKAGE.parent
+    package = Path(__file__).resolve().parents[1]
+    return (package.parent / "pyproject.toml").is_file() and home().parent == package.parent
 
 
 def scenes(folder: Folder = None) -> list[str]:
     """Names of the scenes with golden data in ``folder``, by default in the package."""
-    place = home() if folder is None else Path(folder)
-    if not place.is_dir():
-        return []
-    return sorted(
-        entry.name
-        for entry in place.iterdir()
-        if not entry.name.startswith(".") and (entry / MANIFEST).is_file()
-    )
+    return sorted(path.parent.name for path in Path(folder or home()).glob(f"[!.]*/{MANIFEST}"))
 
 
 def some(names: Iterable[str], folder: Folder = None) -> list[str]:
@@ -78,16 +57,15 @@ def some(names: Iterable[str], folder: Folder = None) -> list[str]:
     """
     chosen = list(names)
     if not chosen:
-        place = home() if folder is None else Path(folder)
         raise InputError(
-            f"golden data: got none in {place}, expected the folder of a scene; "
+            f"golden data: got none in {folder or home()}, expected the folder of a scene; "
             "`tt-precise golden build` makes it"
         )
     return chosen
 
 
-def locate(scene: str | Path, folder: Folder = None) -> Located:
-    """The golden data for a name, a scene's TOML file, or the folder of the data.
+def locate(scene: str | Path, folder: Folder = None) -> Path:
+    """The folder of the golden data for a name, a scene's TOML file, or that folder itself.
 
     A folder is given by its path: a ``Path``, or text with a slash such as ``./mytop``. A bare name
     is sought in ``folder``, or in the package and then in ``golden``, nowhere else. The existence
@@ -98,44 +76,53 @@ def locate(scene: str | Path, folder: Folder = None) -> Located:
     given = Path(scene)
     by_path = isinstance(scene, Path) or os.sep in scene
     if folder is None and by_path and (given / MANIFEST).is_file():
-        place = given.resolve()
-        return Located(place.name, place.parent)
+        return given.resolve()
     name = given.stem if given.suffix == ".toml" else str(scene)
     # no path, not hidden, printable
-    if len(name) > LONGEST_NAME or not re.fullmatch(r"\w[\w.-]*", name):
+    if not re.fullmatch(r"\w[\w.-]{0,99}", name):
         raise InputError(
             f"scene: got the file name {name[:60]!r}, expected letters, digits, - and _, "
             "because it names a folder"
         )
     if folder is not None:
-        return Located(name, Path(folder))
+        return Path(folder) / name
     own = (OWN / name / MANIFEST).is_file() and name not in scenes()
-    return Located(name, OWN if own else home())
+    return (OWN if own else home()) / name
 
 
-def require(scene: str | Path, folder: Folder = None) -> Located:
+def require(scene: str | Path, folder: Folder = None) -> Path:
     """Locate existing golden data.
 
     Raises ``InputError``: there are no such data.
     """
-    place = locate(scene, folder)
-    if not (place.path / MANIFEST).is_file():
+    path = locate(scene, folder)
+    if not (path / MANIFEST).is_file():
         known = scenes(folder)
         also = "" if known else "none yet; `tt-precise golden build` makes it"
         raise wrong_name("golden data", str(scene), known, also)
-    return place
+    return path
 
 
 @dataclass(frozen=True)
 class Stored:
-    """The golden data in the folder of one scene."""
+    """The golden data in the folder ``path`` of one scene; ``tables`` by file."""
 
-    name: str
+    path: Path
     scene_text: str
-    trajectory: Table
-    events: Table
+    tables: dict[str, Table]
     manifest: dict[str, Json]
-    folder: Path = OWN
+
+    @property
+    def name(self) -> str:
+        return self.path.name
+
+    @property
+    def trajectory(self) -> Table:
+        return self.tables[TRAJECTORY]
+
+    @property
+    def events(self) -> Table:
+        return self.tables[EVENTS]
 
     @cached_property
     def scene(self) -> Scene:
@@ -144,98 +131,52 @@ class Stored:
     @cached_property
     def scales(self) -> dict[str, Decimal]:
         """The largest printed entry of each column; 0 for times."""
-        return {**scales_of(self.trajectory), "t": Decimal(0)}
-
-    def table(self, file: str) -> Table:
-        return self.trajectory if file == TRAJECTORY else self.events
+        return {**self.trajectory.scales, "t": Decimal(0)}
 
 
 def read_files(scene: str | Path, folder: Folder = None) -> Stored:
-    """Read the golden data of ``scene`` (see ``locate``), without verifying them.
+    """Read the golden data of ``scene`` (see ``locate``), without verifying their hashes.
 
     Raises ``InputError``: there are no such data, or a file is missing or unreadable.
     """
     from tt_precise.golden.documents import Manifest  # what only reads whole data does without
     from tt_precise.runtime.records import read_as_record
 
-    place = require(scene, folder).path
-    read_as_record(place / MANIFEST, Manifest, DOCUMENT)
-    return _read_files(place)
+    path = require(scene, folder)
+    read_as_record(path / MANIFEST, Manifest, DOCUMENT)
+    return _read(path)
 
 
-def _read_files(data: Path) -> Stored:
-    trajectory, events = (_table(data / file) for file in (TRAJECTORY, EVENTS))
-    manifest = read_json(data / MANIFEST, DOCUMENT)
-    return Stored(data.name, _text(data / SCENE), trajectory, events, manifest, data.parent)
+def _read(path: Path) -> Stored:
+    tables = {file: _table(path / file) for file in (TRAJECTORY, EVENTS)}
+    return Stored(path, _text(path / SCENE), tables, read_json(path / MANIFEST, DOCUMENT))
 
 
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
-    """Read the golden data of ``scene``, and compare them with their manifest.
+    """Read the golden data of ``scene``, and compare them with the hashes in their manifest.
 
     A process reads the data of each manifest only once.
 
     Raises ``InputError``: there are no such data, or they have changed since they were built.
     """
-    place = require(scene, folder)
-    return _whole(place.path.absolute(), _text(place.path / MANIFEST))
+    path = require(scene, folder)
+    return _whole(path.absolute(), _text(path / MANIFEST))
 
 
 @lru_cache(maxsize=64)
-def _whole(data: Path, manifest: str) -> Stored:
-    stored = _read_files(data)
+def _whole(path: Path, manifest: str) -> Stored:
+    stored = _read(path)
     try:
         problems = changes(stored)
         problems += [] if stored.manifest["schema"] == FORMAT else [MANIFEST]
     except MISSHAPEN:
         problems = [MANIFEST]
     if problems:
-        _ = read_files(data.name, data.parent).scene  # refuses another form
+        _ = read_files(path.name, path.parent).scene  # refuses another form
         raise InputError(
             f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
         )
     return stored
-
-
-def replace_folder(target: Path, files: dict[str, str]) -> None:
-    """Put ``files`` into the folder ``target`` all at once, by renaming a complete new folder.
-
-    Other files in the folder, such as a proof of the digits, stay.
-
-    Raises ``InputError``: the folder cannot be written, or the disk is full; the old data stay.
-    """
-    import shutil  # here, because a check does not write
-
-    fresh, old = (target.with_name(f".{which}-{target.name}") for which in ("new", "old"))
-    try:
-        if old.exists() and not target.exists():  # killed between the two renames
-            old.rename(target)
-        shutil.rmtree(fresh, ignore_errors=True)
-        fresh.mkdir(parents=True)
-        for other in target.iterdir() if target.exists() else ():
-            if other.name not in files and other.is_file():
-                shutil.copy2(other, fresh)
-        for name, text in files.items():
-            with (fresh / name).open("w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            if (target / name).exists():
-                shutil.copymode(target / name, fresh / name)
-        if target.exists():
-            shutil.copymode(target, fresh)
-            target.rename(old)
-        try:
-            fresh.rename(target)
-        except BaseException:
-            if old.exists():
-                old.rename(target)
-            raise
-        shutil.rmtree(old, ignore_errors=True)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError(f"{target}: {reason}; expected a writable place") from error
-    finally:
-        shutil.rmtree(fresh, ignore_errors=True)
 
 
 def json_text(content: dict[str, Json]) -> str:
@@ -261,12 +202,9 @@ def _json_hash(content: Json) -> str:
 
 def changes(stored: Stored) -> list[str]:
     """Return a line for each file whose hash differs from the manifest."""
-    hashes = {
-        SCENE: scene_sha256(stored.scene_text),
-        TRAJECTORY: stored.trajectory.sha256,
-        EVENTS: stored.events.sha256,
-    }
-    proof = proof_sha256(stored.folder / stored.name)
+    hashes = {SCENE: scene_sha256(stored.scene_text)}
+    hashes |= {file: table.sha256 for file, table in stored.tables.items()}
+    proof = proof_sha256(stored.path)
     if proof is not None:
         hashes[PROOF] = proof
     listed = {file: entry["sha256"] for file, entry in stored.manifest["files"].items()}
@@ -282,38 +220,36 @@ def changes(stored: Stored) -> list[str]:
     return lines
 
 
-def proof_sha256(data: Path) -> str | None:
+def proof_sha256(path: Path) -> str | None:
     """Return the hash of the proof in a scene's folder; None without a proof, "" if not JSON."""
-    path = data / PROOF
-    if not path.is_file():
+    if not (path / PROOF).is_file():
         return None
     try:
-        return _json_hash(read_json(path, "a proof"))
+        return _json_hash(read_json(path / PROOF, "a proof"))
     except InputError:
         return ""
 
 
-def record_proof(data: Path) -> None:
+def record_proof(path: Path) -> None:
     """Write the hash of the proof in a scene's folder into its manifest.
 
     Raises ``InputError``: the manifest is missing or has another form.
     """
-    stored = read_files(data.name, data.parent)
-    files = {file: entry for file, entry in stored.manifest["files"].items() if file != PROOF}
-    sha256 = proof_sha256(data)
-    if sha256:
+    manifest = read_files(path.name, path.parent).manifest
+    files = {file: entry for file, entry in manifest["files"].items() if file != PROOF}
+    if sha256 := proof_sha256(path):
         files[PROOF] = {"sha256": sha256}
-    atomic_write(data / MANIFEST, json_text({**stored.manifest, "files": files}))
+    atomic_write(path / MANIFEST, json_text({**manifest, "files": files}))
 
 
 def _table(path: Path) -> Table:
     text = _text(path)
     try:
         table = Table.parse(text)
-        if path.name == TRAJECTORY and not table.rows:
-            raise InputError("no row, expected one for each time")
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    if path.name == TRAJECTORY and not table.rows:
+        raise InputError(f"{path}: no row, expected one for each time")
     return table
 
 
@@ -323,7 +259,6 @@ def _text(path: Path) -> str:
         raise InputError(f"{path}: no regular file; expected golden data")
     try:
         return path.read_text("utf-8")
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not UTF-8 text, expected golden data") from None
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; expected golden data") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise InputError(f"{path}: {reason}; expected golden data") from None

@@ -8,70 +8,42 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+
+import numpy
 
 from tt_precise.golden import proofs, store
-from tt_precise.golden.building import CONSTANT_TO, constancies, derive
-from tt_precise.golden.digits import correct_digits, malformed_cells, prints
-from tt_precise.golden.measuring import apart_of
-from tt_precise.golden.runs import (
-    LADDER,
-    GoldenRun,
-    Task,
-    columns,
-    exact_decimal,
-    ordered_events,
-    perform,
+from tt_precise.golden.manifest import constancies, derive
+from tt_precise.golden.runs import BITS, GoldenRun, columns, exact_decimal, perform
+from tt_precise.golden.solution import relative_errors
+from tt_precise.golden.store import EVENTS, MANIFEST, PROOF, SCENE, TRAJECTORY, Folder, Stored
+from tt_precise.golden.table import (
+    DIGITS,
+    LABELS,
+    Table,
+    correct_digits,
+    malformed_cells,
+    prints,
 )
-from tt_precise.golden.store import (
-    EVENTS,
-    MANIFEST,
-    PROOF,
-    SCENE,
-    TRAJECTORY,
-    Folder,
-    Located,
-    Stored,
-)
-from tt_precise.golden.table import Table
-from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, jellett
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import Array, InputError, Json
+from tt_precise.runtime.values import InputError, Json
 from tt_precise.runtime.workers import Call, Failure, local_pool
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.scene.scene import shipped as shipped_scenes
 
 FRESH_DIGITS = 28  # A fresh computation confirms so many digits of data with a proof.
-DIGITS_PER_BIT = math.log10(2)
 # The precision of the fresh computation, by another integrator than the data's if possible.
 FINE, WHERE_REFUSED = "triple-double", "quad"
-
-# A scene loses the same digits in every arithmetic. Where the fresh computation has less than 28
-# left, the scene is computed with as many bits as it needs, at most with those of the golden data.
-SPARE_BITS = 4
-MOST_BITS = max(LADDER[0])
-# Data without a proof are computed with so many bits, which have to confirm every printed digit.
-ALL_BITS = min(LADDER[0])
-
+# A row of 34 digits is rounded by 5e-35 in each of its entries, and the terms of an integral add
+# up a few of them; one digit is left for that.
+CONSTANT_TO = DIGITS - 1
 WORDS = ("meaning", "event_meanings")  # Their wording may change from version to version.
 FEW = 3  # Reported problems of the same kind.
-
-
-class WorstEntry(NamedTuple):
-    """The entry of a column with the fewest correct digits."""
-
-    file: str
-    row: int
-    column: str
-    digits: float
-
-    def __str__(self) -> str:
-        return f"{self.file}, line {self.row + 2}, {self.column}"
 
 
 @dataclass(frozen=True)
@@ -88,7 +60,7 @@ class Verification:
     digits_claimed: int | None
     digits_found: float | None = None
     fresh: str = ""
-    problems: tuple[str, ...] = field(default=())
+    problems: tuple[str, ...] = ()
     digits_proved: int | None = None
 
     @property
@@ -113,210 +85,191 @@ def verify(
     InputError
         The data do not exist.
     """
-    located = {place.name: place.folder for place in scenes_to_verify(scenes, folder)}
-    calls = [Call(name, (name, located[name])) for name in store.some(located, folder)]
-    verified: dict[str, Verification] = {}
+    if scenes is None:  # every folder, readable or not
+        paths = sorted(x for x in Path(folder or store.home()).glob("[!.]*/") if x.is_dir())
+        paths = [path for path in paths if path.name != store.VECTORS]
+    else:
+        paths = [store.locate(scene, folder) for scene in scenes]
+        paths = [path if path.is_dir() else store.require(path.name, folder) for path in paths]
+    store.some((path.name for path in paths), folder)
+    verified: dict[Path, Verification] = {}
     with local_pool(workers) as pool:
+        calls = [Call(path, (path,)) for path in dict.fromkeys(paths)]
         for call, result in pool.perform(verify_scene, calls, progress):
             if isinstance(result, Failure):
                 raise result.error
             verified[call.key] = result
-    return [verified[name] for name in located]
+    return [verified[path] for path in dict.fromkeys(paths)]
 
 
-def verify_scene(name: str, folder: Path) -> Verification:
-    """Verify the data of one scene."""
-    stored, problems = inspect(name, folder)
+def verify_scene(path: Path) -> Verification:
+    """Verify the data in the folder of one scene.
+
+    Without a proof, and where the scene magnifies errors so far that the fresh computation keeps
+    less than 28 digits, a run with the bits of the data must confirm every digit.
+    """
+    from tt_precise.integration.setup import refused_in_doubles
+
+    stored, problems = inspect(path)
     if stored is None:
-        return Verification(name, None, problems=tuple(problems))
-    proved = (proofs.summary(stored, folder) or {}).get("digits")
+        return Verification(path.name, None, problems=tuple(problems))
+    proved = (proofs.summary(stored) or {}).get("digits")
+    claimed, scene = stored.manifest["digits"], stored.scene
+    digits, label, contradictions = None, "", list[str]()
     try:
-        verification = recompute(stored, problems, proved is not None)
+        if proved is not None:
+            run = perform(scene, WHERE_REFUSED if refused_in_doubles(scene) else FINE)
+            label, (digits, contradictions) = run.label, judge(stored, run)
+        if proved is None or (not problems and digits is not None and digits < FRESH_DIGITS):
+            run = perform(scene, "mp", _bits(stored))
+            label, (digits, contradictions) = run.label, judge(stored, run, every_digit=True)
     except (InputError, ArithmeticError) as error:
         problems.append(f"no fresh computation: {error}")
-        verification = Verification(name, stored.manifest["digits"], problems=tuple(problems))
-    return replace(verification, digits_proved=proved)
+    return Verification(path.name, claimed, digits, label, (*problems, *contradictions), proved)
 
 
-def recompute(stored: Stored, problems: Sequence[str], proved: bool) -> Verification:
-    """Compute the tables again and compare them, in every digit if there is no proof."""
-    if not proved:
-        return judge(stored, problems, perform(_in_mp(stored, ALL_BITS)), every_digit=True)
-    run = perform(_fine(stored))
-    verification = judge(stored, problems, run)
-    digits = verification.digits_found
-    if digits is not None and digits < FRESH_DIGITS and not problems:
-        bits = bits_needed(digits, run.bits)
-        if bits is not None:
-            return judge(stored, problems, perform(_in_mp(stored, bits + SPARE_BITS)))
-    return verification
-
-
-def scenes_to_verify(scenes: Iterable[str | Path] | None, folder: Folder) -> list[Located]:
-    """The folders of the data; by default every folder, readable or not, and the known scenes."""
-    if scenes is not None:
-        places = [store.locate(scene, folder) for scene in scenes]
-        missing = [wanted for wanted in places if not wanted.path.is_dir()]
-        return places if not missing else [store.require(missing[0].name, folder)]
-    place = store.home() if folder is None else Path(folder)
-    names = {entry.name for entry in place.iterdir() if entry.is_dir()} if place.is_dir() else set()
-    names = {name for name in names if not name.startswith(".")} - {store.VECTORS}
-    return [Located(name, place) for name in sorted(names)]
-
-
-def bits_needed(digits: float, bits: int) -> int | None:
-    """The bits with which a fresh computation keeps 28 digits; None if that is impossible.
-
-    ``digits`` are the digits on which a computation with ``bits`` agrees with the data.
-    """
-    needed = bits + math.ceil((FRESH_DIGITS - digits) / DIGITS_PER_BIT)
-    return needed if needed + SPARE_BITS <= MOST_BITS else None
+def _bits(stored: Stored) -> int:
+    """The bits of the coarsest run of the data, within those of ``build``."""
+    least = min((run["bits"] for run in stored.manifest["evidence"]["runs"]), default=0)
+    return min(max(least, BITS[0][0]), BITS[-1][1])
 
 
 def judge(
-    stored: Stored, problems: Sequence[str], run: GoldenRun, *, every_digit: bool = False
-) -> Verification:
-    """Return the verdict of a fresh ``run`` on data with these ``problems`` in their files.
+    stored: Stored, run: GoldenRun, *, every_digit: bool = False
+) -> tuple[float | None, list[str]]:
+    """The fewest digits in which a fresh ``run`` agrees with the data, and the contradictions.
 
-    With ``every_digit`` the run must confirm all printed digits, not only 28.
+    The run must confirm 28 digits of each entry; with ``every_digit`` all that are printed.
     """
-    complaints = list(problems)
-    status = stored.manifest["status"]
+    status, problems = stored.manifest["status"], list[str]()
     if run.status != status:
-        complaints.append(f"status: {run.label} ends {run.status}, the manifest says {status}")
-    fresh = {TRAJECTORY: run.trajectory, EVENTS: _events_table(run)}
-    worst = [
-        entry
-        for file, table in fresh.items()
-        for entry in _worst_cells(stored, file, table, complaints)
-    ]
-    complaints += [
-        f"{entry}: {run.label} agrees to {entry.digits:.1f} digits, expected {FRESH_DIGITS}"
-        for entry in worst
-        if entry.digits < FRESH_DIGITS
-    ]
-    digits = min((entry.digits for entry in worst), default=None)
-    if digits is None:
-        complaints.append(f"{run.label}: no entry could be compared, expected all of them")
-    if every_digit and digits is not None:
-        other = [
-            line for file, table in fresh.items() for line in _other_digits(stored, file, table)
-        ]
-        complaints += [f"{line}, {run.label} rounds otherwise" for line in other[:FEW]]
-        if not other:
-            digits = float(stored.manifest["digits"])
-    claimed = stored.manifest["digits"]
-    return Verification(stored.name, claimed, digits, run.label, tuple(complaints))
-
-
-def _other_digits(stored: Stored, file: str, fresh: Table) -> Iterator[str]:
-    """Name the cells that differ from the fresh numbers after rounding to the printed digits."""
-    golden = stored.table(file)
-    for name in golden.columns:
-        if name in ("name", "direction") or (name == "t" and file == TRAJECTORY):
+        problems.append(f"status: {run.label} ends {run.status}, the manifest says {status}")
+    fewest: list[float] = []
+    for file, golden in stored.tables.items():
+        fresh = run.tables[file]
+        if len(fresh.rows) != len(golden.rows):
+            problems.append(f"{file}: {len(golden.rows)} rows, a fresh one has {len(fresh.rows)}")
+        if fresh.columns != golden.columns:
+            problems.append(f"{file}: has other columns than a fresh computation")
             continue
-        pairs = zip(golden.column(name), fresh.column(name), strict=False)
-        for row, (cell, text) in enumerate(pairs):
-            if cell and not prints(cell, Decimal(text), stored.scales[name]):
-                yield str(WorstEntry(file, row, name, 0))
+        count = min(len(golden.rows), len(fresh.rows))
+        golden, fresh = (Table(table.columns, table.rows[:count]) for table in (golden, fresh))
+        problems += _other_labels(file, golden, fresh)
+        problems += _wrongly_empty(file, golden, fresh)
+        cells = {name: golden.column(name) for name in golden.numbers}
+        numbers = {name: numpy.array(fresh.floats(name)) for name in golden.numbers}
+        exactly = partial(_texts, fresh)
+        errors = relative_errors(stored.scene, cells, numbers, exactly)
+        for name in golden.numbers:
+            if numpy.isnan(errors[name]).all():
+                continue
+            row = int(numpy.nanargmax(errors[name]))
+            digits = correct_digits(float(errors[name][row]))
+            fewest.append(digits)
+            if digits < FRESH_DIGITS:
+                problems.append(
+                    f"{file}, line {row + 2}, {name}: {run.label} agrees to {digits:.1f} digits, "
+                    f"expected {FRESH_DIGITS}"
+                )
+        if every_digit:
+            other = _other_digits(stored, file, golden, fresh)
+            problems += [f"{line}, {run.label} rounds otherwise" for line in other]
+    if not fewest:
+        return None, [*problems, f"{run.label}: no entry could be compared, expected all of them"]
+    confirmed = every_digit and not problems
+    return float(stored.manifest["digits"]) if confirmed else min(fewest), problems
 
 
-def _fine(stored: Stored) -> Task:
-    """Return the fresh computation of proved data, if possible by another integrator."""
-    from tt_precise.integration.setup import refused_in_doubles
-
-    precision = WHERE_REFUSED if refused_in_doubles(stored.scene) else FINE
-    return Task(stored.name, stored.scene_text, precision, None, "newton")
+def _texts(table: Table, row: int, names: Sequence[str]) -> list[str]:
+    return [table.column(name)[row] for name in names]
 
 
-def _in_mp(stored: Stored, bits: int) -> Task:
-    return Task(stored.name, stored.scene_text, "mp", bits, "newton")
-
-
-def _worst_cells(stored: Stored, file: str, fresh: Table, problems: list[str]) -> list[WorstEntry]:
-    """The worst defined entry of each column, over the rows of both tables."""
-    golden = stored.table(file)
-    if len(fresh.rows) != len(golden.rows):
-        problems.append(f"{file}: {len(golden.rows)} rows, a fresh one has {len(fresh.rows)}")
-    if golden.columns != fresh.columns:
-        differ = set(golden.columns) ^ set(fresh.columns)
-        which = ", ".join(sorted(differ)) or "their order"
-        problems.append(f"{file}: has other columns than a fresh computation: {which}")
-        return []
-    for label in ("name", "direction"):
-        if label not in golden.columns:
-            continue
-        pairs = zip(golden.column(label), fresh.column(label), strict=False)
-        for row, (mine, other) in enumerate(pairs):
+def _other_labels(file: str, golden: Table, fresh: Table) -> Iterator[str]:
+    """The first event of another name or direction than the fresh one."""
+    for label in (label for label in LABELS if label in golden.columns):
+        pairs = zip(golden.column(label), fresh.column(label), strict=True)
+        for line, (mine, other) in enumerate(pairs, start=2):
             if mine != other:
-                line = f"{file}, line {row + 2}, {label}"
-                problems.append(f"{line}: got {mine}, a fresh computation has {other}")
-                return []
-    sizes_by_name, worst = column_sizes(stored, golden), []
-    for name in golden.columns:
-        if name in ("name", "direction"):
-            continue
-        cells = golden.column(name)
-        values = fresh.column(name)
-        both = enumerate(zip(values, cells, strict=False))
-        blank = [row for row, (mine, cell) in both if mine and not cell]
-        wrongly = next((row for row in blank if not _at_pole(golden, row)), None)
-        if wrongly is not None:
-            line = f"{file}, line {wrongly + 2}, {name}"
-            problems.append(f"{line}: is empty, a fresh computation has a number")
-        if any(cells[: len(values)]):
-            errors = cell_errors(cells, values, sizes_by_name[name])
-            row = int(errors.argmax())
-            worst.append(WorstEntry(file, row, name, correct_digits(float(errors[row]))))
-    return worst
+                yield f"{file}, line {line}, {label}: got {mine}, a fresh computation has {other}"
+                return
+
+
+def _wrongly_empty(file: str, golden: Table, fresh: Table) -> Iterator[str]:
+    """The first cell of each column that is empty although the axis is not vertical."""
+    for name in golden.numbers:
+        for row, (cell, number) in enumerate(
+            zip(golden.column(name), fresh.column(name), strict=True)
+        ):
+            if number and not cell and not _at_pole(golden, row):
+                yield f"{file}, line {row + 2}, {name}: is empty, a fresh computation has a number"
+                break
 
 
 def _at_pole(table: Table, row: int) -> bool:
     """True if the axis is vertical to all verified digits: its azimuth is undefined."""
-    cells = (table.column(name)[row] for name in ("kx", "ky"))
-    return all(abs(Decimal(cell or 1)) < Decimal(10) ** -FRESH_DIGITS for cell in cells)
+    axis = (table.column(name)[row] for name in ("kx", "ky"))
+    return all(abs(Decimal(cell or 1)) < Decimal(10) ** -FRESH_DIGITS for cell in axis)
 
 
-def _events_table(run: GoldenRun) -> Table:
-    names = run.trajectory.columns
-    rows = [(name, t, str(way), *state) for name, way, (t, *state) in ordered_events(run)]
-    return Table(("name", "t", "direction", *names[1:]), tuple(rows))
+def _other_digits(stored: Stored, file: str, golden: Table, fresh: Table) -> list[str]:
+    """The first cells that differ from the fresh numbers after rounding to the printed digits."""
+    return [
+        f"{file}, line {line}, {name}"
+        for name in golden.numbers
+        if name != "t" or file == EVENTS
+        for line, (cell, number) in enumerate(
+            zip(golden.column(name), fresh.column(name), strict=True), start=2
+        )
+        if cell and not (number and prints(cell, Decimal(number), stored.scales[name]))
+    ][:FEW]
 
 
 def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, list[str]]:
     """Read the golden data of ``name``; returns them and a line for each problem of the files.
 
-    The data are None if they cannot be read or contain text that is not a number.
+    The data are None if they cannot be read or compared.
     """
     try:
         stored = store.read_files(name, folder)
         scene = stored.scene
+        changed = store.changes(stored)
     except InputError as error:
         return None, [str(error)]
-    problems = _problems_of_manifest(stored)
-    changed = [line for line in store.changes(stored) if not line.startswith(PROOF)]
     expected = columns(scene)
-    wanted = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
-    damaged = [
-        problem
-        for file, names in wanted.items()
-        for problem in _problems_of_table(scene, file, stored.table(file), names, stored)
-    ]
-    problems += damaged
-    problems += changed
-    if any(malformed_cells(file, stored.table(file), empty=False) for file in wanted):
-        return None, problems
-    if not damaged and not any(line.startswith((TRAJECTORY, EVENTS)) for line in changed):
-        stated = derive(scene, stored.trajectory, stored.events)
+    columns_of = {TRAJECTORY: expected, EVENTS: ("name", "t", "direction", *expected[1:])}
+    damaged = []
+    for file, table in stored.tables.items():
+        if table.columns != columns_of[file]:
+            names = ",".join(columns_of[file])
+            damaged.append(f"{file}: columns are {','.join(table.columns)}, expected {names}")
+        damaged += malformed_cells(file, table)[:FEW]
+    if damaged:
+        return None, [*damaged, *changed]
+    problems = [*_other_times(scene, stored)]
+    ships = stored.path.parent.resolve() == store.home().resolve()
+    if ships and stored.name in shipped_scenes() and scene != load_scene(stored.name):
+        problems.append(f"{SCENE}: another scene than the {stored.name} that ships")
+    problems += [line for line in changed if not line.startswith(PROOF)]
+    if not any(line.startswith((TRAJECTORY, EVENTS)) for line in problems):
+        stated = derive(scene, stored.scene_text, stored.tables)
         problems += _differences(stated, stored.manifest, MANIFEST)
         for integral in constancies(scene, stored.trajectory):
-            cancelled = _cancelled(stored) if integral.name.startswith("jellett") else 0
-            if integral.digits < CONSTANT_TO - cancelled:
+            digits = CONSTANT_TO - (_cancelled(stored) if "jellett" in integral.name else 0)
+            if not integral.digits >= digits:
                 problems.append(
                     f"{TRAJECTORY}: {integral.name} is constant to {integral.digits:.1f} digits, "
-                    f"expected {CONSTANT_TO - cancelled}; worst in line {integral.worst_row + 2}"
+                    f"expected {digits}; worst in line {integral.worst_row + 2}"
                 )
-    return stored, problems + _problems_of_proof(stored)
+    return stored, problems + _problems_of_proof(stored, changed)
+
+
+def _problems_of_proof(stored: Stored, changed: list[str]) -> list[str]:
+    try:
+        record = proofs.read_proof(stored.name, stored.path.parent)
+    except InputError as error:
+        return [str(error)]
+    complaints = proofs.complaints(stored, record) if record else []
+    return complaints or [line for line in changed if line.startswith(PROOF)]
 
 
 def _cancelled(stored: Stored) -> int:
@@ -327,55 +280,15 @@ def _cancelled(stored: Stored) -> int:
     return int(math.log10(terms / lambda_)) if 0 < lambda_ < terms else 0
 
 
-def _problems_of_proof(stored: Stored) -> list[str]:
-    try:
-        record = proofs.read_proof(stored.name, stored.folder)
-    except InputError as error:
-        return [str(error)]
-    complaints = proofs.complaints(stored, record) if record else []
-    return complaints or [line for line in store.changes(stored) if line.startswith(PROOF)]
-
-
-def _problems_of_manifest(stored: Stored) -> list[str]:
-    manifest = stored.manifest
-    scene = stored.scene
-    stated = {
-        "scene": stored.name, "model": scene.model, "title": scene.title, "source": scene.source
-    }  # fmt: skip
-    problems = [
-        f"{MANIFEST}: {key} is {manifest[key]!r}, expected {value!r}"
-        for key, value in stated.items()
-        if manifest[key] != value
-    ]
-    ships = stored.folder.resolve() == store.home().resolve() and stored.name in shipped_scenes()
-    if ships and scene != load_scene(stored.name):
-        problems.append(f"{SCENE}: another scene than the {stored.name} that ships")
-    return problems
-
-
-def _problems_of_table(
-    scene: Scene, file: str, table: Table, names: tuple[str, ...], stored: Stored
-) -> Iterator[str]:
-    if table.columns != names:
-        yield f"{file}: columns are {','.join(table.columns)}, expected {','.join(names)}"
-        return
-    bad = malformed_cells(file, table)
-    yield from bad[:FEW]
-    if file == TRAJECTORY and not bad:
-        yield from _missing_times(scene, table, stored.manifest["status"])
-
-
-def _missing_times(scene: Scene, table: Table, status: Json) -> Iterator[str]:
-    times = table.column("t")
-    if status != "complete":
-        times = times[:-1]
+def _other_times(scene: Scene, stored: Stored) -> Iterator[str]:
+    """The first row at another time than the scene's samples, or a missing end."""
+    complete = stored.manifest["status"] == "complete"
+    times = stored.trajectory.column("t")[: None if complete else -1]
     for expected, printed in zip(map(exact_decimal, scene.sample_times), times, strict=False):
         if expected is not None and printed != expected:
-            later = Decimal(printed) > Decimal(expected)
-            what = "is missing" if later else "is expected"
-            yield f"{TRAJECTORY}: the row of t = {expected} {what}, got t = {printed}"
+            yield f"{TRAJECTORY}: got a row of t = {printed}, expected t = {expected}"
             return
-    if status == "complete" and len(times) < len(scene.sample_times):
+    if complete and len(times) < len(scene.sample_times):
         yield f"{TRAJECTORY}: ends at t = {times[-1]}, before the horizon"
 
 
@@ -383,38 +296,7 @@ def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:
     """Differences between the manifest and the statements that follow from the data."""
     if isinstance(derived, dict) and isinstance(stated, dict):
         for key, value in derived.items():
-            if key in WORDS:
-                continue
-            yield from _differences(value, stated.get(key), f"{where}: {key}" if key else where)
+            if key not in WORDS:
+                yield from _differences(value, stated.get(key), f"{where}: {key}" if key else where)
     elif derived != stated:
         yield f"{where} is {str(stated)[:50]!r}, the data say {str(derived)[:50]!r}"
-
-
-def cell_errors(cells: Sequence[str], fresh: Sequence[str], size: Array) -> Array:
-    """Return errors of ``fresh`` entries relative to their sizes; 0 where the golden cell is empty.
-
-    Differences are exact, sizes doubles. A missing fresh entry has an infinite error.
-    """
-    import numpy
-
-    pairs = zip(cells, fresh, strict=False)
-    apart = numpy.array([abs(apart_of("", new, cell)) if cell else 0.0 for cell, new in pairs])
-    apart[numpy.isnan(apart)] = numpy.inf
-    with numpy.errstate(all="ignore"):
-        return numpy.where(numpy.equal(apart, 0), 0.0, numpy.divide(apart, size[: len(apart)]))
-
-
-def column_sizes(stored: Stored, table: Table) -> dict[str, Array]:
-    """Return the sizes of the entries of a table, by the one rule of digits."""
-    import numpy
-
-    body = stored.scene.body.numbers(float)
-    numbers = {
-        name: numpy.array(table.floats(name))
-        for name in table.columns
-        if name not in ("name", "direction")
-    }
-    times = numbers.pop("t")
-    with numpy.errstate(all="ignore"):
-        by_name = sizes(body, numbers, numpy)
-    return {**by_name, "t": numpy.maximum(times, math.sqrt(body.R / body.g))}

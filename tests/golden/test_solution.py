@@ -1,0 +1,199 @@
+"""The distance of rows from the true solution: errors count by the size of their column."""
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tt_precise.golden import solution
+from tt_precise.golden.solution import Distance, Rows, TrueSolution, relative_errors
+from tt_precise.golden.store import Stored, read_files
+from tt_precise.golden.table import EXACTLY
+from tt_precise.mechanics.digits import sizes
+from tt_precise.mechanics.newton import NewtonState
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.scene import load_scene
+
+VECTORS = NewtonState._fields
+ERROR = 1e-6
+
+
+def rows_of(stored: Stored, indices: list[int]) -> Rows:
+    """Golden rows in double, as a simulator writes them."""
+    table = stored.trajectory
+    values = {name: numpy.array(table.floats(name))[indices] for name in VECTORS}
+    times = [table.column("t")[index] for index in indices]
+    return Rows(
+        numpy.array(list(map(float, times))),
+        values,
+        lambda row, names: [repr(float(values[name][row])) for name in names],
+        lambda row: Fraction(times[row]),
+    )
+
+
+@pytest.mark.parametrize("name", ["kz", "Lz", "Lx", "vy"])
+def test_a_relative_error_is_found_as_it_was_made(name: str) -> None:
+    stored = read_files("reference")
+    rows = rows_of(stored, [40, 100, 250])
+    units = sizes(stored.scene.body.numbers(float), {**rows.values}, numpy)
+    rows.values[name][:] += ERROR * units[name]
+    distance = TrueSolution(stored.scene).distance(rows)
+    assert (distance.how, distance.ended, distance.last) == ("at golden times", "", 8)
+    assert distance.compared.all()
+    assert distance.errors[name] == pytest.approx([ERROR] * 3, rel=1e-3)
+    assert (distance.worst() == distance.errors[name]).all()
+    others = {*VECTORS} - {name}
+    assert all((distance.errors[other] < 1e-15).all() for other in others)
+
+
+def test_rows_at_other_times_are_compared_with_an_integration() -> None:
+    scene = load_scene("reference").varied(until="0.2")
+    times = numpy.array([0.0, 0.0123, 0.1])
+    run = tt.integrate(scene, "quad")
+    values = run.table(*VECTORS, times=times)
+    true = TrueSolution(scene)
+    distance = true.distance(Rows(times, values), digits=10)
+    assert distance.how.startswith("integrated in ")
+    assert distance.compared.all()
+    assert 10 <= min(distance.fewest().values()) < 20
+    off = {**values, "Lz": values["Lz"] * (1 + 1e-9)}
+    assert true.distance(Rows(times, off), digits=10).fewest()["Lz"] < 9.1
+    exactly: Any = run.table(*VECTORS, times=[Fraction(0), Fraction("0.0123")], numbers="text")
+    rows = Rows(
+        times[:2],
+        {name: column[:2] for name, column in values.items()},
+        lambda row, names: [exactly[name][row] for name in names],
+        lambda row: Fraction(0) if row == 0 else Fraction("0.0123"),
+    )
+    assert min(true.distance(rows, digits=20).fewest().values()) > 20
+    beyond = Rows(times + 1, values)
+    with pytest.raises(InputError, match="expected at most 2 s, 10 times"):
+        true.distance(Rows(times + 3, values))
+    assert true.distance(beyond).compared.all()
+
+
+@pytest.mark.parametrize(("wrong", "digits"), [("0", 33), ("1e-25", 24)])
+def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
+    stored = read_files("track")
+    turns = EXACTLY.multiply(solution.REVOLUTION, 3)
+    cells = [
+        str(EXACTLY.add(EXACTLY.subtract(Decimal(cell), turns), Decimal(wrong)))
+        for cell in stored.trajectory.column("phi")
+    ]
+    t = numpy.array(stored.trajectory.floats("t"))
+    rows = Rows(t, {"phi": numpy.array(cells, float)}, lambda row, names: [cells[row]])
+    fewest = TrueSolution(stored.scene).distance(rows).fewest()["phi"]
+    assert digits <= fewest < digits + 2
+
+
+def at_the_end(delay: float, error: float, before: int = 3) -> Rows:
+    """The last rows of contact-lost; its end is late by ``delay`` and off by ``error``."""
+    stored = read_files("contact-lost")
+    count = len(stored.trajectory.rows)
+    rows = rows_of(stored, list(range(count - before, count)))
+    rows.t[-1] *= 1 + delay
+    rows.values["Lz"][-1] *= 1 + error
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("digits", "delay", "error", "compared"),
+    [
+        (None, 1e-8, 1e-8, True),
+        (None, 1e-6, 1e-8, False),
+        (None, 1e-8, 1e-6, False),
+        (8, 2e-9, 2e-9, True),
+        (8, 2e-8, 0.0, False),  # a fixed tolerance of 1e-7 would compare this row
+        (8, 2e-9, 2e-8, False),
+        (12, 2e-9, 0.0, False),
+        (8, 0.0, 1e-3, True),  # at the very time of the end every error counts
+    ],
+)
+def test_the_tolerance_of_an_early_end_follows_the_digits(
+    digits: int | None, delay: float, error: float, compared: bool
+) -> None:
+    rows, scene = at_the_end(delay, error), load_scene("contact-lost")
+    distance = TrueSolution(scene).distance(rows, digits)
+    assert distance.compared.tolist() == [True, True, compared]
+    assert bool(numpy.isnan(distance.errors["Lz"][-1])) is not compared
+    assert bool(distance.ended) is (delay > 0 and not compared)
+    # and the same of an integration, where rows lie between golden rows
+    rows.t[0] -= 1e-3
+    distance = TrueSolution(scene).distance(rows, digits)
+    assert distance.how.startswith("integrated")
+    assert distance.compared.tolist() == [True, True, compared]
+
+
+def test_rows_after_an_early_end_are_not_compared() -> None:
+    rows, scene = at_the_end(0.1, 0.0), load_scene("contact-lost")
+    distance = TrueSolution(scene).distance(rows)
+    assert distance.compared.tolist() == [True, True, False]
+    assert "leaves the table at 1.33" in distance.ended
+
+
+def test_golden_data_of_another_start_are_not_used(tmp_path: Any) -> None:
+    scene = load_scene("reference").varied(omega_3="154", until="0.05")
+    assert TrueSolution(scene).golden is None
+    TrueSolution(scene).require_golden()
+    for other, words in ((scene, "another body or start"), (load_scene("rolling"), "no golden")):
+        folder = None if other is scene else tmp_path
+        true = TrueSolution(other, folder or solution.locate("reference").parent)
+        with pytest.raises(InputError, match=words):
+            true.require_golden()
+
+
+def test_vectors_are_golden_integrated_or_none() -> None:
+    true = TrueSolution(load_scene("contact-lost"))
+    table = read_files("contact-lost").trajectory
+    t = numpy.array(table.floats("t"))[[5, 2]]
+    vectors: Any = true.vectors(t)
+    assert vectors[5].tolist() == [table.floats("Lz")[5], table.floats("Lz")[2]]
+    between: Any = true.vectors(numpy.array([0.5003]))
+    assert 0 < abs(between[5][0] / table.floats("Lz")[50] - 1) < 1e-2
+    assert true.vectors(numpy.array([2.0])) is None
+
+
+def test_errors_of_doubles_and_of_decimals_are_the_same() -> None:
+    stored = read_files("reference")
+    cells = {name: stored.trajectory.column(name)[100:103] for name in VECTORS}
+    doubles = {name: numpy.array(stored.trajectory.floats(name)[100:103]) for name in VECTORS}
+    values = {name: column * (1 + 1e-9) for name, column in doubles.items()}
+    in_double = relative_errors(stored.scene, doubles, values)
+    exact = relative_errors(
+        stored.scene, cells, values, lambda row, names: [values[n][row] for n in names]
+    )
+    for name in VECTORS:
+        assert in_double[name] == pytest.approx(exact[name], rel=1e-5)
+
+
+def test_missing_numbers_are_infinitely_wrong_and_undefined_ones_are_not_compared() -> None:
+    stored = read_files("reference")
+    true = {name: list(stored.trajectory.column(name)[1:4]) for name in (*VECTORS, "theta_dot")}
+    true["theta_dot"][1] = ""
+    given = {"theta_dot": numpy.array([math.nan, 1.0, 2.0]), "kx": numpy.array([0.1] * 3)}
+    errors = relative_errors(stored.scene, true, given)
+    assert errors["theta_dot"][0] == math.inf
+    assert math.isnan(errors["theta_dot"][1])
+    assert 0 < errors["theta_dot"][2] < math.inf
+
+
+def test_the_largest_error_and_the_first_of_equal_ones_is_named() -> None:
+    nan = math.nan
+    errors = {"kx": numpy.array([0, 1e-3, nan, 1e-3]), "ky": numpy.array([0, 1e-6, nan, nan])}
+    errors["phi_dot"] = numpy.array([nan] * 4)
+    compared = numpy.array([True, True, False, True])
+    distance = Distance(numpy.arange(4.0), errors, compared, "", 3.0)
+    assert distance.fewest() == {"kx": pytest.approx(3), "ky": pytest.approx(6)}
+    assert distance.at == 1.0
+    assert distance.worst().tolist() == [0, 1e-3, 0, 1e-3]
+    assert distance._replace(compared=numpy.zeros(4, bool)).at is None
+
+
+def test_the_remedy_for_rows_beyond_an_early_end_is_a_time_before_it() -> None:
+    assert "--until 1.33," in solution.ending("contact_lost", 1.33692)
+    assert solution.ending("landed", 0.0099999).endswith("--until 0.00999")
+    assert solution.ending("landed", 0.0).endswith("--until 0")
