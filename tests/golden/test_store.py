@@ -156,7 +156,7 @@ def test_data_are_named_by_name_file_or_folder(
         (toml, str(own)),
     ):
         assert tt.golden.load(scene, folder=folder).equals(expected)
-    assert tt.check.assert_matches_golden(own / "mytop" / TRAJECTORY, toml, digits=30, folder=own)
+    tt.check.assert_matches_golden(own / "mytop" / TRAJECTORY, toml, digits=30, folder=own)
     with pytest.raises(InputError, match="mytop in elsewhere"):
         tt.check.assert_matches_golden(
             own / "mytop" / TRAJECTORY, toml, digits=30, folder="elsewhere"

@@ -153,8 +153,9 @@ def test_only_a_vertical_axis_leaves_its_azimuth_open(
     small: Small, fresh: GoldenRun, size: str, empty: bool
 ) -> None:
     """A tilt below 28 digits may have no Euler angles; any other tilt has them."""
-    for column, cell in (("kx", size), ("ky", "0"), ("phi_dot", "")):
-        edit_cell(small.path / TRAJECTORY, 4, column, lambda _, cell=cell: cell)
+    edit_cell(small.path / TRAJECTORY, 4, "kx", lambda _: size)
+    edit_cell(small.path / TRAJECTORY, 4, "ky", lambda _: "0")
+    edit_cell(small.path / TRAJECTORY, 4, "phi_dot", lambda _: "")
     rehash(small.path)
     stored = store.read_files(small.scene.name, small.folder)
     line = f"{TRAJECTORY}, line 4, phi_dot: is empty, a fresh computation has a number"

@@ -29,7 +29,4 @@ closed form reveals the error.
 
 import lazy_loader
 
-from tt_precise.runtime.called import refuse_calls
-
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-refuse_calls(__name__, "tt.certify.prove(scene)")

@@ -61,10 +61,9 @@ def certify(scene: str, *, folder: Path | None = None) -> Certificate:
     stored = _readable(scene, folder)
     certificate = certificate_of(stored)
     if certificate.complete:
-        place = stored.path
         with locked(stored.path.parent, store.WORK):
-            atomic_write(place / PROOF, store.json_text(certificate.content))
-            store.record_proof(place)
+            atomic_write(stored.path / PROOF, store.json_text(certificate.content))
+            store.record_proof(stored.path)
     return certificate
 
 

@@ -107,7 +107,7 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
                 reason = f"energy and lambda do not confine it at the end: {why}"
         if energy_excludes(body, energy, lambda_, z, to=-1):
             return End("not_inverted", _barrier(body, energy, lambda_, z)), never
-        return End("undecided", reason + _rolling(trajectory)), never
+        return End("undecided", reason), never
 
 
 def _barrier(body: Parameters, energy: Scalar, lambda_: Scalar, z: Scalar) -> str:
@@ -118,23 +118,6 @@ def _barrier(body: Parameters, energy: Scalar, lambda_: Scalar, z: Scalar) -> st
     top = max(way, key=lambda cosine: float(least_energy(body, cosine, lambda_)))
     degrees = math.degrees(math.acos(float(top)))
     return f"its energy is too low for theta = {degrees:.0f} deg, before the inverted spin"
-
-
-def _rolling(trajectory: Trajectory) -> str:
-    """The part of mu that rolling takes at the end of a top under dry friction, or ""."""
-    last, mu = trajectory.pieces[-1], float(trajectory.scene.body.mu)
-    if last.model != "rolling" or not trajectory.scene.may_stick:
-        return ""
-
-    def friction(q: Motion) -> Scalar:
-        x, y, z = q.force
-        return q.fn.sqrt(x * x + y * y) / z
-
-    times = [t for t in trajectory.sample_times if t > as_fraction(last.begin)]
-    most = max(trajectory.table(friction, times=times, numbers="float").popitem()[1])
-    return (
-        f"; it rolls since {float(last.begin):.6g} s, which takes up to {most:.3g} of mu = {mu:g}"
-    )
 
 
 def _last_state(trajectory: Trajectory) -> NewtonState:

@@ -115,6 +115,11 @@ class TableProof:
     content: dict[str, Json]
     digits: int
 
+    @property
+    def summary(self) -> dict[str, Json]:
+        """The proved digits and the count of proved numbers, for a list of scenes."""
+        return {"digits": self.digits, **{n: self.content[n] for n in ("rounded", "entries")}}
+
 
 def read_proof(name: str, folder: Path | None = None) -> TableProof | None:
     """The proof of the golden tables ``name``; None if there is none.
@@ -159,7 +164,7 @@ def summary(stored: Stored) -> dict[str, Json] | None:
     malformed = [x for file, table in stored.tables.items() for x in malformed_cells(file, table)]
     for problem in (*malformed, *complaints(stored, record)):
         return {"problem": problem}
-    return {"digits": record.digits, **{n: record.content[n] for n in ("rounded", "entries")}}
+    return record.summary
 
 
 def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:
