@@ -166,15 +166,16 @@ class TrueSolution:
         if golden is not None and needs <= {*golden.trajectory.columns}:
             status, at_end = golden.manifest["status"], len(self._times) - 1
             at = _at_times(self._times, rows.t)
+            near_end = (at < 0) & (abs(rows.t - last) <= agreeing * last)
             if status != "complete":
-                at[(at < 0) & (rows.t > last) & (rows.t <= last * (1 + agreeing))] = at_end
+                at[near_end] = at_end
             if ((at >= 0) | ((rows.t > last) & (status != "complete"))).all():
                 there = numpy.flatnonzero(at >= 0)
                 table = golden.trajectory
                 cells = {n: [table.column(n)[i] for i in at[there]] for n in table.columns}
                 distance = _unmeasured(rows, table.columns, "at golden times", last)
                 _measure(distance, there, self.scene, cells, rows, 0.0)
-                return _settled(distance, status, last, agreeing)
+                return _settled(distance, near_end, status, last, agreeing)
         return self._from_integration(rows, digits, agreeing)
 
     def _run(self, until: float | Fraction, digits: float, record: tuple[str, ...]) -> Trajectory:
@@ -222,7 +223,8 @@ class TrueSolution:
             else:
                 true = run.table(*names, times=numpy.minimum(rows.t[part], float(end)))
             _measure(distance, part, scene, true, rows, 10.0**-run.digits_throughout)
-        return _settled(distance, run.status, float(end), agreeing)
+        after = rows.t > float(end) * (1 + SAME_TIME)
+        return _settled(distance, after, run.status, float(end), agreeing)
 
 
 def relative_errors(
@@ -310,11 +312,13 @@ def _measure(
     distance.compared[part] = True
 
 
-def _settled(distance: Distance, status: str, end: float, agreeing: float) -> Distance:
-    """The distance without the rows after an early end that differ from the end; says why."""
+def _settled(
+    distance: Distance, near_end: Array, status: str, end: float, agreeing: float
+) -> Distance:
+    """The distance without the rows ``near_end`` that differ from an early end; says why."""
     if status == "complete":
         return distance
-    away = (distance.t > end * (1 + SAME_TIME)) & ~(distance.worst() <= agreeing)
+    away = near_end & ~(distance.worst() <= agreeing)
     distance.compared[away] = False
     for errors in distance.errors.values():
         errors[away] = numpy.nan
