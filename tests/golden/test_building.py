@@ -101,7 +101,7 @@ def test_missing_digits_are_computed_with_more_bits(small: Small, tmp_path: Path
 
 @pytest.mark.parametrize("file", [TRAJECTORY, EVENTS, MANIFEST])
 def test_a_mixture_of_two_builds_is_refused(small: Small, file: str) -> None:
-    """As an interruption between two files leaves it; building again mends it."""
+    """An interruption between two files leaves it; building again mends it."""
     mixed = small.path / file
     old = {"Reference": "Other"} if file == MANIFEST else {"1": "2"}
     text = mixed.read_text()

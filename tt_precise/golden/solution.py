@@ -175,7 +175,7 @@ class TrueSolution:
                 cells = {n: [table.column(n)[i] for i in at[there]] for n in table.columns}
                 distance = _unmeasured(rows, table.columns, "at golden times", last)
                 _measure(distance, there, self.scene, cells, rows, 0.0)
-                return _settled(distance, near_end, status, last, agreeing)
+                return _without_other_ends(distance, near_end, status, last, agreeing)
         return self._from_integration(rows, digits, agreeing)
 
     def _run(self, until: float | Fraction, digits: float, record: tuple[str, ...]) -> Trajectory:
@@ -224,7 +224,7 @@ class TrueSolution:
                 true = run.table(*names, times=numpy.minimum(rows.t[part], float(end)))
             _measure(distance, part, scene, true, rows, 10.0**-run.digits_throughout)
         after = rows.t > float(end) * (1 + SAME_TIME)
-        return _settled(distance, after, run.status, float(end), agreeing)
+        return _without_other_ends(distance, after, run.status, float(end), agreeing)
 
 
 def relative_errors(
@@ -312,7 +312,7 @@ def _measure(
     distance.compared[part] = True
 
 
-def _settled(
+def _without_other_ends(
     distance: Distance, near_end: Array, status: str, end: float, agreeing: float
 ) -> Distance:
     """The distance without the rows ``near_end`` that differ from an early end; says why."""

@@ -144,10 +144,10 @@ def read_files(scene: str | Path, folder: Folder = None) -> Stored:
 
     path = require(scene, folder)
     read_as_record(path / MANIFEST, Manifest, DOCUMENT)
-    return _read(path)
+    return _stored_in(path)
 
 
-def _read(path: Path) -> Stored:
+def _stored_in(path: Path) -> Stored:
     tables = {file: _table(path / file) for file in (TRAJECTORY, EVENTS)}
     return Stored(path, _text(path / SCENE), tables, read_json(path / MANIFEST, DOCUMENT))
 
@@ -165,7 +165,7 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 
 @lru_cache(maxsize=64)
 def _whole(path: Path, manifest: str) -> Stored:
-    stored = _read(path)
+    stored = _stored_in(path)
     try:
         problems = changes(stored)
         problems += [] if stored.manifest["schema"] == FORMAT else [MANIFEST]
