@@ -1,7 +1,4 @@
-"""The structure that CONTRIBUTING draws: one way for imports, files that one can read.
-
-Every import counts, those inside functions and those for type checking too.
-"""
+"""The structure that CONTRIBUTING draws; every import counts, those inside functions too."""
 
 import ast
 import re
@@ -223,6 +220,7 @@ TESTED_ELSEWHERE = {
     "commands/extremes.py": "extremes/test_run.py",
     "commands/tradeoff.py": "test_tradeoff.py",
     "golden/documents.py": "test_schemas.py",  # records: every shipped file is one
+    **dict.fromkeys(("report/solution.py", "report/style.py"), "report/test_sections.py"),
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "integration/registry.py": "nonsmooth/test_registration.py",  # of what is registered

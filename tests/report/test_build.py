@@ -27,13 +27,10 @@ def test_the_commit_is_that_of_the_package_itself(
     """A repository in which the package happens to be installed is not asked."""
     git(tmp_path, "init", "-q")
     git(tmp_path, "commit", "-q", "--allow-empty", "-m", "Begun")
-    commits = []
     for package in (tmp_path / "site-packages" / "tt_precise", tmp_path / "tt_precise"):
         (package / "report").mkdir(parents=True)
         monkeypatch.setattr(build, "__file__", str(package / "report" / "build.py"))
-        commits.append(build.commit())
-    assert commits[0].startswith("none, version ")
-    assert len(commits[1]) in range(7, 13)
+        assert build.commit().startswith("none, version ") == (package.parent != tmp_path)
     # a plus where a file of the package is not as committed
     module = package / "module.py"
     module.write_text("x = 1\n")

@@ -71,10 +71,3 @@ def test_blocks_stand_in_the_order_of_the_words_and_numbers_are_filled_in() -> N
 def test_a_number_without_a_value_is_refused() -> None:
     with pytest.raises(ValueError, match="nothing"):
         Section.of("one", {}, {}, count=3)
-
-
-def test_tables_of_the_words_have_their_cells() -> None:
-    answers = document.table("answers")
-    assert answers.header == ["claims", "if all hold", "if one fails"]
-    assert all(len(row) == 3 and all(row) for row in answers.rows)
-    assert len(document.table("untested").rows) == 22

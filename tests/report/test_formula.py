@@ -11,7 +11,6 @@ SET = {
     "R*I1*phi_dot*sin(theta)**2": r"R\, I_1\, \dot{\varphi}\, \sin^{2}\, \theta",
     "sigma = (1 - gamma)/(gamma + alpha**2 - 1)":
         r"\sigma = \frac{1 - \gamma}{\gamma + {\alpha}^{2} - 1}",
-    "axis_dot = 1/I1*cross(L, axis)": r"\dot{\mathbf{3}} = \frac{1}{I_1}\, L \times \mathbf{3}",
     "E_rot_dot = dot(omega, cross(a, F))":
         r"\dot{E}_{\mathrm{rot}} = \omega \cdot \left(a \times F\right)",
     "abs(cross(omega, a)) = abs(omega)*abs(a)*sin(theta)":
@@ -20,11 +19,8 @@ SET = {
         r"\frac{d \tilde{E}}{dt} = m\, \left(\omega \times a\right) \cdot \dot{v}_A",
     "theta -> 0, L -> L0*z_hat": r"\theta \to 0, L \to L_0\, \hat{z}",
     "-w0 + w = w0*(1 - w/w0)": r"- w_0 + w = w_0\, \left(1 - \frac{w}{w_0}\right)",
-    "-w0*(1 - w/w0)": r"- w_0\, \left(1 - \frac{w}{w_0}\right)",
     "lambda/(R*I1) >= 2.5e-6": r"\frac{\lambda}{R\, I_1} \ge 2.5\cdot 10^{-6}",
-    "sin(theta) = 0.10": r"\sin\, \theta = 0.10",
     "-(a - b)**2": r"- {\left(a - b\right)}^{2}",
-    "b + a*c - c*a": r"b + a\, c - c\, a",
     "a - (b - c)": r"a - \left(b - c\right)",
     "(L, axis) = (-z_hat, 0)":
         r"\left(L, \mathbf{3}\right) = \left(- \hat{z}, 0\right)",

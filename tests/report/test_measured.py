@@ -47,14 +47,6 @@ def test_the_findings_and_the_costs_of_the_committed_tables() -> None:
     assert len(section.results) == len(findings.rows) > 50
 
 
-def test_the_scoreboard_of_the_committed_engines() -> None:
-    section = measured.engines()
-    table, settings = tables(section)
-    assert len({row[:2] for row in table.rows}) == len(section.results) == 70
-    assert len(settings.rows) == 10
-    assert not any(isinstance(b, Text) and b.text.startswith("Skipped") for b in section.blocks)
-
-
 def test_extremes_are_counted_by_topic_and_failed_cases_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

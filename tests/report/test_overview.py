@@ -7,7 +7,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy
 import pytest
 from msgspec.structs import replace
 
@@ -20,7 +19,6 @@ from tt_precise.report.document import Card, ClaimList, Overview, Section, Text,
 from tt_precise.report.overview import DRIFT, END, RATIO, TRACK, answer, findings, motion, verdict
 from tt_precise.runtime import player
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import load_scene
 
 
 @pytest.fixture(scope="module")
@@ -43,24 +41,6 @@ def test_the_motion_is_that_of_the_golden_scene(drawing: Any) -> None:
         truth = trajectory[name].astype(float).to_numpy()
         assert played[name] == pytest.approx(truth, abs=10 ** -player.DECIMALS[name])
     assert (played["every"], drawing["end"]) == (0.01, 8.0)
-
-
-def test_the_contact_point_glides_as_the_sphere_rolls_and_slips(drawing: Any) -> None:
-    """Its path's rate is that of the sphere's centre: v_A + omega x R z, horizontally."""
-    frame = golden.load(TRACK).astype(float)
-    body = load_scene(TRACK).body.numbers(float)
-    k, L = (frame[list(names)].to_numpy() for names in (("kx", "ky", "kz"), ("Lx", "Ly", "Lz")))
-    omega = L / body.I1 + (1 / body.I3 - 1 / body.I1) * (L * k).sum(axis=1)[:, None] * k
-    rates = {
-        "x": frame["vx"].to_numpy() + omega[:, 1] * body.R,
-        "y": frame["vy"].to_numpy() - omega[:, 0] * body.R,
-    }
-    for name, rate in rates.items():
-        way = numpy.trapezoid(rate, dx=0.01) / body.R
-        # a nutation lasts 37 ms, of which the trapezoids of 10 ms leave some percent of a radius
-        path = drawing["played"][name]
-        assert path[-1] - path[0] == pytest.approx(way, abs=0.2)
-    assert abs(drawing["played"]["x"][-1]) > 20
 
 
 def test_the_answer_follows_from_the_verdicts(every: list[JudgedClaim]) -> None:

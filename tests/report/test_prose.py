@@ -59,11 +59,3 @@ def test_a_part_says_whether_it_is_a_formula() -> None:
     assert prose.HTML.paper_side(words).startswith("<i>E</i><sub>pot</sub> = m·g·R, 7.8273864 s")
     assert prose.MARKDOWN.paper_side(formula) == r"$E_{\mathrm{pot}} = m\, g\, R$"
     assert "$" not in prose.MARKDOWN.paper_side(v.statement(True, "increasing", ""))
-
-
-def test_a_pair_that_is_words_is_not_marked() -> None:
-    words = [v.statement(True, text, "") for text in ("from + to -", "from - to +")]
-    assert prose.HTML.pair(*words) == ("from + to -", "from − to +")
-    formulas = [v.formula(True, text, "") for text in ("a - b", "a - c")]
-    assert all("differs" in text for text in prose.HTML.pair(*formulas))
-    assert prose.MARKDOWN.pair(*formulas) == (r"$a - \underline{b}$", r"$a - \underline{c}$")

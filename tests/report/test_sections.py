@@ -7,6 +7,7 @@ import re
 import pytest
 
 from tests.report.conftest import figures, problems, tables
+from tt_precise.claims.evidence.run import REFERENCE
 from tt_precise.report import sections
 from tt_precise.report.build import SECTIONS
 from tt_precise.report.document import words
@@ -20,12 +21,14 @@ def test_thresholds_state_forty_agreeing_digits() -> None:
     assert min(int(row[3]) for row in values.rows) >= 40
 
 
-def test_two_figures_are_complete() -> None:
+def test_two_figures_are_complete_and_the_same_data_give_the_same_text() -> None:
     spike, starts = figure_2(), map_of_precession_and_spin()
     assert problems(spike) + problems(starts) == []
-    # above any sampled maximum
+    assert map_of_precession_and_spin().svg == starts.svg
+    # the spike is above any sampled maximum
     (height,) = re.findall(r"spike of ([\d,]+) rad/s", spike.caption)
-    assert int(height.replace(",", "")) > 40_000
+    sampled = REFERENCE.columns(["phi_dot"], [0.01 * k for k in range(801)])["phi_dot"]
+    assert int(height.replace(",", "")) > 40_000 > 10_000 > abs(sampled).max()
 
 
 @pytest.mark.slow
