@@ -11,13 +11,11 @@ that name. Commands in ``shell`` blocks and within a sentence exist, with their 
 import contextlib
 import doctest
 import io
-import json
 import os
 import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,28 +23,37 @@ import click
 import pytest
 
 import tt_precise
-from tests.conftest import Printed, Said, more
+from tests.conftest import Printed, more
 from tests.test_schemas import SLOW
 from tt_precise import cli
 from tt_precise.commands.sweep import is_sweep_file
-from tt_precise.integration import integrate
 from tt_precise.scene.scene import parse_scene
 from tt_precise.sweeps import SweepSpec
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
-MAKEFILE = ROOT / "Makefile"
 DOCUMENTS = sorted([README, *(ROOT / "docs").rglob("*.md")], key=str)
+# Texts whose commands only have to exist; {NAME} in a message stands for a scene.
+TEXTS = [
+    *(ROOT / "docs/tutorials").glob("*.md"),
+    *(ROOT / name for name in ("CONTRIBUTING.md", "SECURITY.md", "reference_data/README.md")),
+    *(ROOT / "tt_precise").rglob("*.py"),
+    *(ROOT / "tt_precise").rglob("*.md"),
+    *(path for path in (ROOT / "examples").rglob("*") if path.is_file()),
+]
 # From ten seconds to minutes: their words are checked, but they run under the marker slow only.
 LONG = (
     "report", "golden build", "golden verify", "golden certify", "sweep",
     "tradeoff", "extremes", "engines",
 )  # fmt: skip
+# Pages whose examples take seconds; `make smoke` runs the first as well.
+DEAR = ("docs/start.md", "docs/howto/digits.md")
 LONG_PYTHON = ("tt_precise.certify", "sweep(", "animate(")
 PRINTED = re.compile(r"#\s+(?:[\w /,]+: )?(.+?)(\.\.\.)?$")
 FENCE = re.compile(r"^```(\w+|\{code-block\} \w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CAPTION = re.compile(r":caption: (\S+)\n\n?(.*)", re.DOTALL)
 INLINE = re.compile(r"`(tt-precise [a-z][^`]*)`")
+TYPED = re.compile(r"^(?:.*&& | *)(tt-precise [a-z][^|>]*?)(?: \*/|')?(?= *(?:\||>|$))")
 STATUS = re.compile(r"#\s*exit status (\d)")
 
 
@@ -200,13 +207,6 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-every_document = pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
-
-
-# Pages whose examples take seconds; `make smoke` runs the first as well.
-DEAR = ("docs/start.md", "docs/howto/digits.md")
-
-
 @pytest.mark.parametrize(
     "path",
     [more(path) if str(path.relative_to(ROOT)) in DEAR else path for path in DOCUMENTS],
@@ -227,17 +227,17 @@ def test_the_scene_in_readme_is_the_reference() -> None:
 
 
 def test_make_targets_exist() -> None:
-    targets = re.findall(r"^([a-z]+):", MAKEFILE.read_text("utf-8"), re.MULTILINE)
+    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
     named = set(re.findall(r"\bmake ([a-z]+)\b", README.read_text("utf-8"))) - {"each", "it"}
     assert {"report", "test"} <= named <= set(targets)
 
 
-@every_document
-def test_links_lead_somewhere(path: Path) -> None:
-    links = re.findall(r"\]\(([^)#]+)\)", prose(path.read_text("utf-8")))
-    inside = [link for link in links if "://" not in link]
-    assert path != README or len(inside) > 3
-    assert [link for link in inside if not (path.parent / link).exists()] == []
+def test_links_lead_somewhere() -> None:
+    for path in DOCUMENTS:
+        links = re.findall(r"\]\(([^)#]+)\)", prose(path.read_text("utf-8")))
+        inside = [link for link in links if "://" not in link]
+        assert path != README or len(inside) > 3
+        assert [link for link in inside if not (path.parent / link).exists()] == [], path
 
 
 def test_the_engine_of_the_tutorial_is_the_example() -> None:
@@ -247,67 +247,22 @@ def test_the_engine_of_the_tutorial_is_the_example() -> None:
     assert "parents[1]" not in page
 
 
-ROOT = Path(__file__).parents[1]
-CI = ROOT / "examples/ci"
-TUTORIALS = sorted((ROOT / "docs/tutorials").glob("*.md"))
-TEXTS = [
-    *(ROOT / name for name in ("CONTRIBUTING.md", "SECURITY.md", "reference_data/README.md")),
-    *(ROOT / "tt_precise").rglob("*.py"),
-    *(ROOT / "tt_precise").rglob("*.md"),
-    *(path for path in (ROOT / "examples").rglob("*") if path.is_file()),
-]
-QUOTED = re.compile(r"`(tt-precise [a-z][^`\n]*)`")
-TYPED = re.compile(
-    r"^(?:.*&& | *)(tt-precise [a-z][^|>\n]*?)(?: \*/|')?(?= *(?:\||>|$))", re.MULTILINE
-)
+def test_commands_that_texts_name_exist() -> None:
+    for path in TEXTS:
+        for line in path.read_text("utf-8").replace("\\\n", " ").splitlines():
+            for command in (*INLINE.findall(line), *TYPED.findall(line)):
+                try:
+                    check_words(re.sub(r"\{[^}]*\}", "reference", command), partly=True)
+                except click.ClickException as error:
+                    pytest.fail(f"{path}: {command}: {error.format_message()}")
 
 
-def named(text: str) -> Iterator[str]:
-    """The commands of a text: in backquotes, or alone in a line, which may end in a backslash."""
-    whole = text.replace("\\\n", " ")
-    for found in (*QUOTED.finditer(whole), *TYPED.finditer(whole)):
-        yield re.sub(r"\{[^}]*\}", "reference", found[1])
-
-
-@pytest.mark.parametrize("paths", [TUTORIALS, TEXTS], ids=["tutorials", "others"])
-def test_named_commands_exist(paths: list[Path]) -> None:
-    for path in paths:
-        for command in named(path.read_text("utf-8")):
-            try:
-                check_words(command, partly=True)
-            except click.ClickException as error:
-                pytest.fail(f"{path}: {command}: {error.format_message()}")
-
-
-def test_commands_of_the_slow_schemas_and_of_the_examples_exist() -> None:
+def test_commands_of_the_slow_schemas_and_of_the_hook_exist() -> None:
     for (words, _), *_ in SLOW.values():
         check_words(f"tt-precise {words} --json")
-    text = (CI / "pre-commit-config.yaml").read_text("utf-8")
-    (command,) = re.findall(r"tt-precise check [^'|>\n]+", text)
+    hook = (ROOT / "examples/ci/pre-commit-config.yaml").read_text("utf-8")
+    (command,) = re.findall(r"tt-precise check [^'|>\n]+", hook)
     check_words(command)
-
-
-def test_an_annotation_for_each_check_that_failed(tmp_path: Path, said: Said) -> None:
-    frame = integrate("reference", until="0.1").frame()
-    frame.to_csv(tmp_path / "right.csv", index=False)
-    frame["Lx"] *= 1.01
-    frame.to_csv(tmp_path / "wrong.csv", index=False)
-    for name, status in (("right", 0), ("wrong", 1)):
-        file = tmp_path / "check.json"
-        file.write_text(
-            said("check", tmp_path / f"{name}.csv", "--scene reference --json", status=status),
-            "utf-8",
-        )
-        found = json.loads(file.read_text("utf-8"))
-        failed = [one["name"] for one in found["checks"] if one["verdict"] == "fail"]
-        annotations = [sys.executable, str(CI / "annotations.py"), str(file)]
-        lines = subprocess.run(annotations, capture_output=True, text=True, check=True).stdout
-        said_of = [line.split("::", 2)[2].split(":")[0] for line in lines.splitlines()]
-        assert [one for one in said_of if one not in ("cause", "solution")] == failed
-        assert bool(failed) == (name == "wrong")
-        words = f"title={tmp_path}/{name}.csv%3A {'FAIL' if failed else 'PASS'} ("
-        level = "error" if failed else "notice"
-        assert all(line.startswith(f"::{level} {words}") for line in lines.splitlines())
 
 
 ENDS = {"inverted": "approaches the inverted spin", "undecided": "undecided"}

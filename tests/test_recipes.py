@@ -16,7 +16,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.conftest import Printed, Said
+from tests.conftest import RATIOS, Printed, Said
 from tt_precise import cli
 from tt_precise.check import checks, formats
 from tt_precise.check.checks import CHECKS, RowCheck
@@ -41,19 +41,15 @@ def _empty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_every_file_that_a_recipe_names_exists() -> None:
-    named = {path for path in re.findall(r"`([a-z_]+/[\w./-]+)`", RECIPES) if "NAME" not in path}
-    assert len(named) > 20
-    assert [path for path in named if not (ROOT / path).exists()] == []
+def test_every_file_and_name_of_a_recipe_exists() -> None:
+    paths = {path for path in re.findall(r"`([a-z_]+/[\w./-]+)`", RECIPES) if "NAME" not in path}
+    assert len(paths) > 20
+    assert [path for path in paths if not (ROOT / path).exists()] == []
     assert re.findall(r"`\w+\.py`", RECIPES) == []  # paths are whole
-
-
-def test_every_name_that_a_recipe_says_to_be_in_a_file_is_there() -> None:
-    said = re.findall(r"`(\w+)` of\s+`([\w/]+\.py)`", RECIPES)
-    assert len(said) > 8
-    lost = [(name, file) for name, file in said
-            if not re.search(rf"\b{name}\b", (ROOT / file).read_text("utf-8"))]  # fmt: skip
-    assert lost == []
+    names = re.findall(r"`(\w+)` of\s+`([\w/]+\.py)`", RECIPES)
+    assert len(names) > 8
+    for name, file in names:
+        assert re.search(rf"\b{name}\b", (ROOT / file).read_text("utf-8")), (name, file)
 
 
 def test_a_scene(said: Said, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,19 +98,18 @@ def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
         functions=("sqrt",), at_rest="mu/(2 epsilon)",
     )  # fmt: skip
     monkeypatch.setitem(laws.LAWS, "half", half)
-    body = {"m": "0.02", "R": "0.02", "alpha": "0.3", "I1": "131/350", "I3": "2/5", "g": "9.82"}
+    body = {name: value for name, value in RATIOS.items() if name != "mu"}
+    start, run = {"theta": "0.1", "omega_3": "155"}, {"until": "0.05"}
+    tops = [
+        tt.Scene.of(model="gliding", body=body, friction=friction, start=start, run=run)
+        for friction in (
+            {"law": "half", "mu": "0.4", "epsilon": "0.01"},
+            {"law": "regularised", "mu": "0.2", "epsilon": "0.01"},
+        )
+    ]
     for precision in ("double", "double-double"):
-        ends = []
-        for law, mu in (("half", "0.4"), ("regularised", "0.2")):
-            top = tt.Scene.of(
-                model="gliding",
-                body=body,
-                friction={"law": law, "mu": mu, "epsilon": "0.01"},
-                start={"theta": "0.1", "omega_3": "155"},
-                run={"until": "0.05"},
-            )
-            ends.append(tt.integrate(top, precision).state.theta)
-        assert ends[0] == pytest.approx(ends[1], rel=1e-13)
+        half_of, whole = (tt.integrate(top, precision).state.theta for top in tops)
+        assert half_of == pytest.approx(whole, rel=1e-13)
 
 
 def test_a_command(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:

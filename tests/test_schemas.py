@@ -19,7 +19,6 @@ from tt_precise.scene.scene import MODELS
 
 ROOT = Path(__file__).parents[1]
 SCHEMAS = ROOT / "docs/schemas"
-NAMES = {file.name.removesuffix(".schema.json") for file in SCHEMAS.glob("*.json")}
 _made = runpy.run_path(str(ROOT / "docs/_ext/schemas.py"))
 DOCUMENTS, text = _made["DOCUMENTS"], _made["text"]
 # command line and exit status; those that take more than a second or two stand in SLOW
@@ -103,23 +102,19 @@ def test_what_is_stored(name: str) -> None:
         validate(name, json.loads(file.read_text("utf-8")))
 
 
-@pytest.mark.parametrize("file", sorted(SCHEMAS.glob("*.json")), ids=lambda file: file.stem)
-def test_every_schema_is_one_and_says_what_each_key_means(file: Path) -> None:
-    schema = json.loads(file.read_text("utf-8"))
-    jsonschema.Draft202012Validator.check_schema(schema)
-    assert schema["description"]
-    for node in nodes(schema):
-        for key, child in node.get("properties", {}).items():
-            assert child.get("description"), key
-
-
 def test_schemas_are_those_of_the_records_and_in_the_documentation() -> None:
     """``make schemas`` writes them."""
     assert {name: text(record) for name, record in DOCUMENTS.items()} == {
         name: (SCHEMAS / f"{name}.schema.json").read_text("utf-8") for name in DOCUMENTS
     }
     page = (ROOT / "docs/reference/files.md").read_text("utf-8")
-    assert [name for name in NAMES if f"{{generated}} schema {name}\n" not in page] == []
+    for name in (file.name.removesuffix(".schema.json") for file in SCHEMAS.glob("*.json")):
+        schema = read(name)
+        jsonschema.Draft202012Validator.check_schema(schema)
+        assert schema["description"]
+        keys = [item for node in nodes(schema) for item in node.get("properties", {}).items()]
+        assert [key for key, child in keys if not child.get("description")] == []
+        assert f"{{generated}} schema {name}\n" in page
     # the words of a run are those that there are
     keys = read("run")["properties"]
     assert set(keys["model"]["enum"]) == set(MODELS)
@@ -130,9 +125,7 @@ def test_schemas_are_those_of_the_records_and_in_the_documentation() -> None:
 SPOILT: tuple[Callable[[Any], Any], ...] = (
     lambda value: value.pop("verdict"),
     lambda value: value.update(rows="801"),
-    lambda value: value.update(verdict="passed"),
     lambda value: value["checks"][0].pop("limit"),
-    lambda value: value["checks"][0].update(value="1e-9"),
     lambda value: value["checks"][0].update(new_key=1),
     lambda value: value.update(schema="tt_precise.check/0"),
 )

@@ -37,8 +37,7 @@ def test_the_scoreboard_is_written_with_its_figure_and_its_code(
     here = [Engine(name, "numpy", "no_adapter", "", "") for name in ("One", "Other")]
     monkeypatch.setattr(engines, "ENGINES", (*here, Engine("Gone", "no-such-package", "", "", "")))
     main(["--out", str(tmp_path / "engines.json")])
-    printed = capsys.readouterr().out
-    assert 'skipped: Gone: not installed; pip install "tt-precise[engines]"' in printed
+    assert "skipped: Gone" in capsys.readouterr().out
     board = json.loads((tmp_path / "engines.json").read_text())
     assert [row["verdict"] for row in board["rows"]] == [row.verdict for row in ROWS]
     assert [engine["name"] for engine in board["engines"]] == ["One", "Other"]
@@ -49,12 +48,6 @@ def test_the_scoreboard_is_written_with_its_figure_and_its_code(
     texts = ElementTree.fromstring(svg).itertext()
     assert {"(1.7)", "✗", "–", "One", "Other"} < {text.strip() for text in texts}
     assert scoreboard(board).svg == svg
-
-
-def test_an_unknown_engine_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["Havok"])
-    assert "got 'Havok', expected one of: MuJoCo" in capsys.readouterr().err
 
 
 @pytest.mark.clients

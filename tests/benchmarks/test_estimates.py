@@ -19,10 +19,6 @@ def test_digits_are_delivered_and_estimated(seed: int) -> None:
     assert found["right"] - 1 <= found["estimated"] <= found["right"] + OPTIMISM
 
 
-def test_cases_are_seeded() -> None:
-    assert estimates.sample(7) == estimates.sample(7) != estimates.sample(8)
-
-
 def test_a_spoiled_truth_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A comparison that ignores the rounding of mu: 1e-9 off, and nobody noticed."""
     one = estimates.sample(SAMPLE[0])

@@ -72,17 +72,21 @@ def test_a_wrong_force_does_not_pass(reader: list[str], copied: Path, law: str) 
     assert run(reader, copied).returncode == 1
 
 
-def test_an_invalid_case_must_not_agree(reader: list[str], copied: Path) -> None:
-    edit_states(copied, lambda file: file["cases"][0].update(result="invalid"))
-    assert run(reader, copied).returncode == 1
+def longer_axis(folder: Path) -> None:
+    edit_cell(folder / FILES[1], 802, "kz", lambda kz: str(float(kz) + 1e-14))
 
 
-def test_an_axis_that_is_no_unit_vector_does_not_pass(reader: list[str], copied: Path) -> None:
-    edit_cell(copied / "reference" / "trajectory.csv", 802, "kz", lambda kz: str(float(kz) + 1e-14))
-    assert run(reader, copied).returncode == 1
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_a_missing_file_does_not_pass(reader: list[str], copied: Path, name: str) -> None:
-    (copied / name).unlink()
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda folder: edit_states(folder, lambda file: file["cases"][0].update(result="invalid")),
+        longer_axis,
+        *(lambda folder, name=name: (folder / name).unlink() for name in FILES),
+    ],
+    ids=["an invalid case that agrees", "an axis that is no unit vector", *FILES],
+)
+def test_spoiled_and_missing_files_do_not_pass(
+    reader: list[str], copied: Path, spoil: Callable[[Path], None]
+) -> None:
+    spoil(copied)
     assert run(reader, copied).returncode not in (0, -11)
