@@ -13,7 +13,6 @@ from tests.conftest import more
 from tt_precise.claims import Verdict, claims, judge
 from tt_precise.claims import rauch_rutstam as chapters
 from tt_precise.claims.committed import committed
-from tt_precise.claims.evidence import sweeps
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
 from tt_precise.claims.rauch_rutstam import section23_curve
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -93,39 +92,6 @@ def test_a_typed_verdict_or_number_is_found(
     search: Callable[[str], Iterable[str]], spoiled: str
 ) -> None:
     assert list(search(spoiled))
-
-
-@pytest.mark.parametrize(
-    ("id", "series", "outcome", "query"),
-    [
-        ("SWP-14", "tenth", "inverts", ""),
-        ("SWP-15", "theta", "contact_lost", "theta <= 0.1"),
-        ("SWP-02", ("phi_dot", "phi_dot near the end"), "contact_lost", "83.1 <= phi_dot <= 200"),
-    ],
-)
-def test_counts_in_notes_are_those_of_the_rows(
-    id: str, series: str | tuple[str, ...], outcome: str, query: str
-) -> None:
-    contact = "through" if outcome == "inverts" else "unilateral"
-    rows = sweeps.starts(series, contact, query)
-    assert f"{(rows['outcome'] == outcome).sum()} of {len(rows)}" in judge(id).note
-
-
-@pytest.mark.parametrize(
-    ("id", "change", "old", "new"),
-    [
-        ("NUM-17", {"phi_dot": "0"}, "by 2.301", "by 1.000"),
-        ("NUM-31", {"printed": "0.9"}, "0.40 rad", "0.50 rad"),
-        ("SWP-15", {"upper": "0.6"}, "0 of 19", "of 119"),
-        ("NUM-09", {"printed": "-80"}, "2.5 %", "3.6 %"),
-        ("FIG-03", {"name": "E_pot"}, "at 5.44 s, 4.01 s, 5.49 s", "at 5.49 s"),
-    ],
-)
-def test_a_note_follows_what_is_computed(
-    id: str, change: dict[str, str], old: str, new: str
-) -> None:
-    assert old in judge(id).note
-    assert new in judge(id, **change).note
 
 
 # Claims that take 0.3 s or more. Identities are proved in tests/exact as well.

@@ -9,8 +9,8 @@ from unittest.mock import Mock
 
 import pytest
 
-from tt_precise.claims import claim, claim_named, claims, counts, judge, judge_all
-from tt_precise.claims.claim import calls_for, claims_of
+from tt_precise.claims import claim, claim_named, claims, counts, judge_all
+from tt_precise.claims.claim import claims_of
 from tt_precise.claims.part import Part, rounds_to
 from tt_precise.runtime.values import InputError
 
@@ -95,16 +95,6 @@ def test_claims_are_sentences_in_order() -> None:
     assert claim_named("num-22") is claim_named("NUM-22")
 
 
-def test_a_judged_misprint_has_its_correction() -> None:
-    judged = judge("EQ-29")
-    assert (judged.verdict, judged.kind, judged.proved) == ("misprint", "equation", True)
-    assert [part.name for part in judged.parts] == ["as printed", "as corrected"]
-    assert all(part.proved and part.formula for part in judged.parts)
-    assert judged.correction == judged.parts[1].printed
-    assert judged.note == f"Should read {judged.correction}. {judged.remark}"
-    assert judge("NUM-23", printed="1.8").verdict == "refuted"
-
-
 def test_workers_judge_as_this_process_does() -> None:
     shares: list[float] = []
     judged = judge_all([*CHEAP, "num-23"], shares.append, workers=2)
@@ -117,10 +107,3 @@ def test_workers_judge_as_this_process_does() -> None:
     with pytest.raises(InputError):
         judge_all(["NUM-23", "NUM-99"])
     assert judge_all([]) == []
-
-
-def test_claims_are_grouped_by_their_evidence() -> None:
-    groups = {call.key: call.group for call in calls_for(["EQ-33", "EQ-37", "NUM-11"])}
-    name = "tt_precise.claims.rauch_rutstam."
-    assert groups["EQ-33"] == groups["EQ-37"] == f"{name}section23_energy"
-    assert groups["NUM-11"] == f"{name}section22_starts"

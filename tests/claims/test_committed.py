@@ -4,17 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tt_precise.claims import JudgedClaim, claims
+from tt_precise.claims import claims
 from tt_precise.claims import committed as module
 from tt_precise.claims.committed import committed, run_record, sources
 from tt_precise.runtime.values import InputError
-
-
-def committed_verdicts() -> dict[str, JudgedClaim]:
-    known = committed()
-    assert known is not None
-    return dict(known.by_id)
-
 
 PROVENANCE = {"date": "today", "commit": "abc", "versions": "heyoka 1", "command": "x"}
 

@@ -78,8 +78,8 @@ def test_texts_name_the_parts_where_they_differ() -> None:
 
 def test_a_claim_is_proved_if_every_part_is() -> None:
     proved = part.rounds_to("1.5", Fraction(3, 2))
-    assert conclude("all of", {"a": proved, "b": proved}, "").proved
-    assert not conclude("all of", {"a": proved, "b": TRUE}, "").proved
+    for other in (proved, TRUE):
+        assert conclude("all of", {"a": proved, "b": other}, "").proved is other.proved
 
 
 @pytest.mark.parametrize(("rule", "count"), [("all of", 0), ("misprint", 1), ("misprint", 3)])

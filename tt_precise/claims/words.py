@@ -1,14 +1,9 @@
 """The words of a claim, which are the docstring of its function, and texts with numbers in them.
 
-    The translational energy at the start is about 0.34 of the potential energy there.
-
-    Sec. 2.3: "is initially small, about 0.34E_pot(t=0)"
-    Definition: E_trans(0)/E_pot(0) of the reference solution
-    Note: The ratio is {ratio:2}, when rounded.
-
-The first paragraph is the statement. The place in the paper stands before its quote; definition and
-note may be missing. Braces take a number by its name: ``{x:3}`` has three significant digits,
-``{x:.1%}`` is such as "12.3 %", and ``{rows[theta]:.4g}`` and ``{point.t:4}`` look into a value.
+The first paragraph of the docstring is the statement, the second has the place in the paper and the
+quote, and may have a definition and a note: see the example in ``claim``. Braces take a number by
+its name: ``{x:3}`` has three significant digits, ``{x:.1%}`` is such as "12.3 %", and
+``{rows[theta]:.4g}`` and ``{point.t:4}`` look into a value.
 """
 
 from __future__ import annotations

@@ -4,7 +4,6 @@ from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
-import mpmath
 import pytest
 
 from tt_precise.claims.evidence import formulas as f
@@ -50,11 +49,6 @@ def test_a_difference_is_a_fraction_of_the_larger_side() -> None:
 def test_vectors_differ_where_one_component_does() -> None:
     assert f.identity("(R, m)", "(R, m)", "a = b").holds
     assert not f.identity("(R, R)", "(R, m)", "a = b").holds
-
-
-def test_the_same_text_runs_in_mpmath() -> None:
-    body: Any = SimpleNamespace(m=1, R=2, alpha=3, I1=4, I3=5, g=6, mu=7, gamma=8, sigma=9)
-    assert f.evaluate("sqrt(I1)*R + gamma*x", body, mpmath.mp, x=10) == 84
 
 
 @pytest.mark.parametrize("text", ["__import__('os')", "open('x')", "len(R)"])

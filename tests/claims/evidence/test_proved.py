@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,7 +21,6 @@ from tt_precise.claims.evidence.proved import (
     reversal,
     sign_of_precession,
 )
-from tt_precise.claims.evidence.run import variant
 from tt_precise.golden import proofs, store
 from tt_precise.golden.proofs import PROOF, Interval
 
@@ -55,28 +53,6 @@ def test_an_interval_that_is_too_wide_proves_nothing(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(proofs.Established, "potential_energy", lambda *_: wide)
     judged = judge("NUM-20")
     assert (judged.proved, judged.verdict) == (False, "rounded")
-
-
-def test_a_variant_is_not_the_scene_that_was_proved() -> None:
-    other = proofs_of(variant(phi_dot="-1000", until="1"))
-    assert "another start" in other.why
-    assert (other.g_n_positive, other.energy_falls) == (False, False)
-    assert (other.record, other.moment("B", "t_init"), other.events("equator")) == (None,) * 3
-    assert proofs_of(replace(variant(), name="nowhere")).record is None
-
-
-def test_reversals_and_precession_of_the_climb() -> None:
-    before, after = reversal("reference", "theta_min", "t_init")
-    assert before is not None is not after
-    assert before.high < 0 < after.low
-    for phi_dot in precession("reference"):
-        assert phi_dot is not None
-        assert 70 < phi_dot.low <= phi_dot.high < 90
-    assert sign_of_precession("reference") == 1
-    nothing = variant(until="1")
-    assert reversal(nothing, "theta_min", "t_init") == [None, None]
-    assert precession(nothing) == [None, None, None]
-    assert sign_of_precession(nothing) == 0
 
 
 def span(low: float, high: float) -> Interval:

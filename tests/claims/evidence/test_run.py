@@ -1,23 +1,16 @@
 """A run as evidence: settled values; extrema, zeros and averages with none lost between samples."""
 
-from fractions import Fraction
 from itertools import pairwise
 
 import numpy
 import pandas
 import pytest
 
-from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, _vertex, exact, variant
+from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, exact, variant
 from tt_precise.integration import integrate
 from tt_precise.mechanics.quantities import QUANTITIES, Quantity
 
 SHORT = Run(variant(until="0.3"))
-
-
-def test_a_variant_changes_what_it_names_and_nothing_else() -> None:
-    scene = variant(mu="0.5", phi_dot="195", until="2")
-    assert [scene.body.mu, scene.start.phi_dot, scene.until] == [Fraction(1, 2), 195, 2]
-    assert variant(scene, mu="0.3", phi_dot="0", until="8") == variant()
 
 
 def test_confirmed_digits_are_those_of_a_finer_run() -> None:
@@ -44,11 +37,6 @@ def test_extrema_are_not_missed_between_samples() -> None:
     sampled = SHORT.sampled(("g_n",), "0.0001")["g_n"].min()
     assert least <= sampled
     assert least == pytest.approx(sampled, rel=1e-4)
-
-
-def test_zeros_are_those_of_the_event() -> None:
-    events = [float(t) for t in REFERENCE.events("nu_y_zero")["t"]]
-    assert REFERENCE.zeros("nu_y") == pytest.approx(events, abs=1e-11)
 
 
 def test_rises_and_falls_make_the_difference() -> None:
@@ -83,22 +71,13 @@ def test_a_quantity_made_for_a_claim_has_the_extreme_and_the_zeros_of_the_event(
     own = Quantity.of(lambda q: QUANTITIES["nu_y"].evaluate(q), "m/s")
     when, value = REFERENCE.extremum(own, largest=True)
     confirmed = REFERENCE.extreme("nu_y", largest=True)
-    assert confirmed.digits >= 12
+    assert confirmed.digits >= 18
     assert value == pytest.approx(float(confirmed), rel=1e-14)
     assert when == pytest.approx(REFERENCE.extremum("nu_y", largest=True)[0], abs=1e-12)
     assert REFERENCE.zeros(own) == pytest.approx(REFERENCE.zeros("nu_y"), abs=1e-11)
     # at an end it is the value there
     first = float(REFERENCE.at("E", "0"))
     assert float(REFERENCE.extreme("E", largest=True)) == pytest.approx(first, rel=1e-15)
-
-
-def test_a_vertex_is_the_same_from_each_point_near_it() -> None:
-    fine = SHORT.trajectory(FINE)
-    times, values = SHORT.extrema("theta_dot")
-    t = times[1 + values[1:-1].argmax()]
-    at, again = (_vertex(fine, "theta_dot", moment) for moment in (t, t + 2**-30))
-    (there,) = exact(fine, "theta_dot", t + 2**-30)
-    assert abs(again / at - 1) < 1e-25 < 1e-15 < abs(there / at - 1)
 
 
 def test_the_band_has_no_width_next_to_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,19 +52,14 @@ def test_every_start_is_there_with_and_without_contact(name: str) -> None:
 
 def test_a_longer_run_replaces_outcome_and_times_and_leaves_ranges() -> None:
     columns = ("series", "index", "max_nu_x", "outcome", "t_end_A")
-    rows = pandas.DataFrame(
-        [
-            ("box", 0, 0.1, "inverts", 7.0),
-            ("box", 1, 0.2, "undecided", numpy.nan),
-            ("box", 2, 0.3, "does_not_invert", numpy.nan),
-        ],
-        columns=columns,
-    )
+    outcomes = {"inverts": 7.0, "undecided": numpy.nan, "does_not_invert": numpy.nan}
+    start = [("box", i, 0.1, outcome, t) for i, (outcome, t) in enumerate(outcomes.items())]
+    rows = pandas.DataFrame(start, columns=columns)
     longer = pandas.DataFrame([("box", 1, 0.9, "inverts", 15.0)], columns=columns)
     assert sweeps.undecided(rows) == 1
     later = sweeps.continued(rows, longer)
     assert list(later["t_end_A"][:2]) == [7.0, 15.0]
-    assert list(later["max_nu_x"]) == [0.1, 0.2, 0.3]
+    assert list(later["max_nu_x"]) == [0.1] * 3
     assert sweeps.undecided(later) == 0
 
 

@@ -89,10 +89,10 @@ def rolling_rate(name: str) -> Scalar:
 def names() -> Mapping[str, Scalar]:
     """The symbols for the names in a printed formula."""
     symbols = chart()
-    known = _words(symbols.body, symbols) | symbols.state._asdict()
-    known["psi_dot"] = quantity("psi_dot")
-    known["g_n"] = newton.normal_force(symbols.body, motion().state)
-    return known
+    words = _words(symbols.body, symbols) | symbols.state._asdict()
+    words["psi_dot"] = quantity("psi_dot")
+    words["g_n"] = newton.normal_force(symbols.body, motion().state)
+    return words
 
 
 def parse(text: str, values: Mapping[str, Scalar] | None = None) -> Scalar:

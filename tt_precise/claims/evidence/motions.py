@@ -167,9 +167,9 @@ def tumbles(case: Case) -> bool:
     """True if a tumbling motion has the case's lambda or a larger lambda."""
     fn = own_context(DIGITS)
     body = case.body(fn)
-    wanted = (rounding_to(fn)(case.multiple) * largest_threshold(body, fn)) ** 2
+    limit = (rounding_to(fn)(case.multiple) * largest_threshold(body, fn)) ** 2
     inside = (fn.mpf(2 * i + 1) / SLICES - 1 for i in range(SLICES))
-    return any(tumbling_lambda_squared(body, z) >= wanted for z in inside)
+    return any(tumbling_lambda_squared(body, z) >= limit for z in inside)
 
 
 # ---- the past of a solution --------------------------------------------------------------------
@@ -201,16 +201,15 @@ def past(scene: SceneLike = "reference", tolerance: float = TOLERANCE) -> Past:
         return newton.contact_terms(body, NewtonState(*y))[0]
 
     normal_force.terminal = True  # type: ignore[attr-defined]
-    begin = [float(entry) for entry in start.vectors]
+    begin = [float(component) for component in start.vectors]
     solution = solve_ivp(
         rates, (0, -HORIZON), begin, method="DOP853", rtol=tolerance, atol=tolerance / 100,
         events=normal_force,
     )  # fmt: skip
     if solution.status < 0:
         raise ArithmeticError(f"the past of {scene}: SciPy's DOP853 gave up: {solution.message}")
-    first, last = (
-        Motion(body, NewtonState(*solution.y[:, column].tolist()), math) for column in (0, -1)
-    )
+    ends = (NewtonState(*solution.y[:, column].tolist()) for column in (0, -1))
+    first, last = (Motion(body, state, math) for state in ends)
     energies = [QUANTITIES["E"].evaluate(q) for q in (first, last)]
     return Past(
         contact_lost=solution.status == 1,

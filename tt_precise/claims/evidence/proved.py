@@ -37,8 +37,8 @@ def count(events: Iterable[Event], column: str, low: Fraction, high: Fraction) -
 
 def reversal(scene: SceneLike, extremum: str, which: str) -> list[Interval | None]:
     """phi_dot at the turning points before and after ``t_init`` or ``t_end`` (definition A)."""
-    known = proofs_of(scene)
-    turns, moment = known.events(extremum), known.moment("A", which)
+    statements = proofs_of(scene)
+    turns, moment = statements.events(extremum), statements.moment("A", which)
     if not turns or moment is None:
         return [None, None]
     before = [event for event in turns if event["t"].high < moment.low]
@@ -50,8 +50,8 @@ def reversal(scene: SceneLike, extremum: str, which: str) -> list[Interval | Non
 
 def precession(scene: SceneLike) -> list[Interval | None]:
     """phi_dot where L.k = L.z for the last time, and at the maxima before and after t_init (A)."""
-    known = proofs_of(scene)
-    aligned, moment = known.events("Lk_equals_Lz"), known.moment("B", "t_init")
+    statements = proofs_of(scene)
+    aligned, moment = statements.events("Lk_equals_Lz"), statements.moment("B", "t_init")
     there: list[Interval | None] = [None]
     if aligned and moment:
         met = [event for event in aligned if _overlap(event["t"], moment)]
@@ -64,9 +64,9 @@ def sign_of_precession(scene: SceneLike) -> int:
 
     It is the sign at the equator then.
     """
-    known = proofs_of(scene)
-    zeros, middle = known.events("phi_dot_zero"), known.events("equator")
-    begin, end = (known.moment("A", which) for which in ("t_init", "t_end"))
+    statements = proofs_of(scene)
+    zeros, middle = statements.events("phi_dot_zero"), statements.events("equator")
+    begin, end = (statements.moment("A", which) for which in ("t_init", "t_end"))
     if zeros is None or not middle or begin is None or end is None:
         return 0
     if any(_overlap(zero["t"], Interval(begin.low, end.high)) for zero in zeros):

@@ -6,7 +6,6 @@ is missed between samples, and between two extrema a quantity is monotonic.
 
 from __future__ import annotations
 
-import bisect
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -91,8 +90,8 @@ class Run:
 
     def at(self, name: str, t: str) -> Value:
         """A quantity or state component at time ``t`` (exact, s), in SI, with its enclosure."""
-        known = self.proofs.potential_energy(t) if name == "E_pot" else self.proofs.at(name, t)
-        return self.confirm(lambda run: exact(run, name, t)[0]).within(known)
+        enclosure = self.proofs.potential_energy(t) if name == "E_pot" else self.proofs.at(name, t)
+        return self.confirm(lambda run: exact(run, name, t)[0]).within(enclosure)
 
     def moment(self, definition: str, which: str) -> Value:
         """``t_init``, ``t_end`` or ``duration`` of the inversion in s, with its enclosure."""
@@ -207,10 +206,10 @@ class Run:
         if span is None:
             return times, values
         inside = (times > span.begin) & (times < span.end)
-        ends = self.column(name, span)
+        first, last = self.column(name, span)
         return (
-            numpy.concatenate(([span.begin], times[inside], [span.end])),
-            numpy.concatenate((ends[:1], values[inside], ends[1:])),
+            numpy.array([span.begin, *times[inside], span.end]),
+            numpy.array([first, *values[inside], last]),
         )
 
     def rises_and_falls(self, name: Observable, span: Span | None = None) -> tuple[float, float]:
@@ -282,7 +281,7 @@ class Run:
         ends = self.column(name, [t for span in spans for t in span]).reshape(-1, 2)
         least = []
         for span, at_ends in zip(spans, ends, strict=True):
-            inside = slice(bisect.bisect_left(times, span.begin), bisect.bisect(times, span.end))
+            inside = (times >= span.begin) & (times <= span.end)
             least.append(float(min(*at_ends, *values[inside])))
         return least
 

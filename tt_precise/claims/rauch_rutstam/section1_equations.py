@@ -119,10 +119,10 @@ def _rotation_of_the_body() -> tuple[Scalar, Scalar, Scalar]:
     """The components of the angular velocity along 1, 2, 3, from the derivatives of the frame."""
     symbols = chart()
     c, s, C, S = symbols.c, symbols.s, symbols.C, symbols.S
-    one, two, three = (c * C, c * S, -s), (-S, C, 0 * c), (s * C, s * S, c)
-    one_dot, two_dot, three_dot = (tuple(map(rate, axis)) for axis in (one, two, three))
-    spin = dot(one_dot, two) + parse("psi_dot")
-    return dot(two_dot, three), dot(three_dot, one), spin
+    axes = (c * C, c * S, -s), (-S, C, 0 * c), (s * C, s * S, c)
+    first, second, third = (tuple(map(rate, axis)) for axis in axes)
+    spin = dot(first, axes[1]) + parse("psi_dot")
+    return dot(second, axes[2]), dot(third, axes[0]), spin
 
 
 @claim("EQ-03", control="partly", inverse_inertia="1/I3")

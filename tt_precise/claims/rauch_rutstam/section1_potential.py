@@ -75,11 +75,13 @@ def equivalent_form(factor: str = DETERMINANT) -> Grounds:
     regular = not symbols.vanishes(at_turns)
     shown = f"determinant theta_dot times a positive factor: {ratio.measured}"
     there = "determinant not zero" if regular else "determinant zero"
+    parts = {
+        "where theta_dot is not zero": (ratio.holds, shown),
+        "at turning points, theta_dot = 0, too": (regular, there),
+    }
     return {
-        "where theta_dot is not zero": statement(ratio.holds, "equivalent", shown, proved=True),
-        "at turning points, theta_dot = 0, too": statement(
-            regular, "equivalent", there, proved=True
-        ),
+        name: statement(holds, "equivalent", measured, proved=True)
+        for name, (holds, measured) in parts.items()
     }
 
 

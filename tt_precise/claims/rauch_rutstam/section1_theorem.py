@@ -38,7 +38,6 @@ COUNT = 40  # Random bodies.
 BODIES = f"{COUNT} random bodies with 1 - alpha < gamma < 1 + alpha and random mu, seeded; "
 LEAVES = "contact-lost"  # A golden scene of the toy above both thresholds that loses contact.
 ABOVE, BELOW = ("1.001", "3"), ("0.3", "0.999")
-_NAMES = {INVERTED: "the inverted spin", UPRIGHT: "the upright spin"}
 TIMES = ("8", "16", "32")  # The times (s) at which the distance from the limit is measured.
 PRECESSIONS = ("-50", "0", "83", "150")  # Starts phi_dot(0) in rad/s.
 SIMPLIFIED = "mu*g_n*R**2*(1 - alpha*cos(theta))**2*nu_y/lambda_"
@@ -144,8 +143,8 @@ def nongliding_set(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) -> Grounds
     Note: The upright spin 3 = z, L = lambda/(R(1 - alpha)) z satisfies eq (1) with v_A = 0 for
     every lambda. It is unstable: only one stable solution exists, as Theorem 1.1 says.
     """
-    steady = _steady(candidates)
-    return statement(len(steady) == 1, "only one solution", _for_ever(steady))
+    steady, shown = _steady(candidates)
+    return statement(len(steady) == 1, "only one solution", shown)
 
 
 @claim("TH-20", finding="TH-05", control="reproduced", candidates=(INVERTED,))
@@ -159,16 +158,15 @@ def every_solution_inverts(candidates: tuple[int, ...] = (INVERTED, UPRIGHT)) ->
     The sentence "every Tippe Top satisfying theorem 1.1 has to invert" has the same exceptions, and
     those that lose contact (TH-07).
     """
-    steady = _steady(candidates)
-    return statement(_NAMES[UPRIGHT] not in steady, "every solution", _for_ever(steady))
+    steady, shown = _steady(candidates)
+    return statement(UPRIGHT not in steady, "every solution", shown)
 
 
-def _steady(candidates: tuple[int, ...]) -> list[str]:
-    return [_NAMES[side] for side in candidates if _stays(_spin(side))]
-
-
-def _for_ever(names: list[str]) -> str:
-    return f"{' and '.join(names)}: steady, with g_n = m g"
+def _steady(candidates: tuple[int, ...]) -> tuple[list[int], str]:
+    """The spins that are steady, and the same in words."""
+    steady = [side for side in candidates if _stays(_spin(side))]
+    names = {INVERTED: "the inverted spin", UPRIGHT: "the upright spin"}
+    return steady, f"{' and '.join(names[side] for side in steady)}: steady, with g_n = m g"
 
 
 def _spin(side: int) -> Motion:
@@ -317,7 +315,7 @@ def _limits_in_the_future(run: Run, *names: str) -> dict[str, Part]:
         return {names[0]: statement(False, "tends to its limit", "leaves the table before")}
     parts = {name: _falling(away[name]) for name in names}
     proved = run.proofs.inverts
-    return {name: replace(one, proved=proved and one.holds) for name, one in parts.items()}
+    return {name: replace(each, proved=proved and each.holds) for name, each in parts.items()}
 
 
 @claim("SUM-03", finding="TH-14", control="reproduced", pasts=())

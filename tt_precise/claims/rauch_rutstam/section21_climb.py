@@ -344,15 +344,15 @@ def nutation_band(widest: float = math.pi / 2, run: Run = REFERENCE) -> Grounds:
     most = f"widest, {decimal(top.width, 3)} rad, at theta = {decimal(top.middle, 3)} "
     most += f"({decimal(top.t, 4)} s)"
     there, words = abs(top.middle - widest) < 0.1, f"widest at theta = {decimal(widest, 3)}"
-    return {
-        "wider than at t_init": statement(
-            at.width > start.width, "widening", wider + decimal(at.middle, 3)
-        ),
-        "widest there": statement(there, words, most),
-    }, {
+    wider += decimal(at.middle, 3)
+    numbers = {
         "fastest": run.extreme("theta_dot", largest=True),
         "when": run.extremum("theta_dot", largest=True)[0],
     }
+    return {
+        "wider than at t_init": statement(at.width > start.width, "widening", wider),
+        "widest there": statement(there, words, most),
+    }, numbers
 
 
 @claim("QUAL-34", control="refuted", run=Run(variant(until="5.5")))

@@ -336,12 +336,9 @@ def lambda_is_twice_itself(behind: str = "lambda", run: Run = REFERENCE) -> Grou
     values = run.thresholds.quantities
 
     def compare(name: str) -> Part:
-        ratios = (
-            getattr(values["lambda"], way) / getattr(values[name], way)
-            for way in ("value", "independent")
-        )
-        judged = part.rounds_to("2", Value.of(*ratios))
-        return replace(judged, printed=f"lambda about 2 {name}")
+        ours, other = values["lambda"], values[name]
+        ratio = Value.of(ours.value / other.value, ours.independent / other.independent)
+        return replace(part.rounds_to("2", ratio), printed=f"lambda about 2 {name}")
 
     return part.misprint(compare, behind, "lambda_thres")
 

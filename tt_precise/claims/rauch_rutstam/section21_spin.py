@@ -54,11 +54,8 @@ def quotient_close_to_one(phase: str = "synchronisation", run: Run = REFERENCE) 
     (extrema found as events)
     Note: So the right side of the equation is small (EQ-29 judges its form).
     """
-
-    def dividend(q: Motion) -> Scalar:
-        return QUANTITIES["omega_3"].evaluate(q) * (q.body.alpha - q.state.kz)
-
-    name = Quantity.of(dividend, "1/s")
+    omega_3 = QUANTITIES["omega_3"].evaluate
+    name = Quantity.of(lambda q: omega_3(q) * (q.body.alpha - q.state.kz), "1/s")
     quotients = run.extrema(name, getattr(run, phase))[1] / run.value(name, 0.0)
     size = float(abs(1 - quotients).max())
     return statement(size < 0.05, "close to 1", f"|1 - q| at most {decimal(size, 3)}")
@@ -275,10 +272,8 @@ def normal_force_stays_positive(run: Run = REFERENCE) -> Grounds:
     least, status = run.least("g_n"), run.trajectory().status
     holds = status == "complete" and least.value > 0
     proved = holds and run.proofs.g_n_positive
-    share = part.fraction_of(least) / run.weight
-    return statement(holds, "g_n > 0", f"least g_n {least} N, {status}", proved=proved), {
-        "share": share
-    }
+    force = statement(holds, "g_n > 0", f"least g_n {least} N, {status}", proved=proved)
+    return force, {"share": part.fraction_of(least) / run.weight}
 
 
 @claim("QUAL-16", control="refuted", phase="synchronisation")

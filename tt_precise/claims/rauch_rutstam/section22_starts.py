@@ -143,12 +143,13 @@ def monotonous_climb(printed: str = "0.8", theta: str = "0.1") -> Grounds:
     low, high = min(angles), max(angles)
     shown = f"theta turns for the last time at {decimal(low, 4)} to {decimal(high, 4)} rad"
     below = float(printed) - high
-    beyond = statement(below >= 0, f"from theta = {printed}", shown)
-    begins = statement(abs(below) < AT_ONCE, f"begins at theta = {printed}", shown)
-    return {
-        f"monotonic beyond {printed}": beyond,
-        f"monotony begins at {printed}": begins,
-    }, {"below": below}
+    parts = {
+        f"monotonic beyond {printed}": statement(below >= 0, f"from theta = {printed}", shown),
+        f"monotony begins at {printed}": statement(
+            abs(below) < AT_ONCE, f"begins at theta = {printed}", shown
+        ),
+    }
+    return parts, {"below": below}
 
 
 @claim("NUM-32", rule="interpretations", control="reproduced", time="0.9", angle="0.04")
@@ -169,14 +170,10 @@ def smoother_climb(time: str = "0.3", angle: str = "0.02", theta: str = "0.01") 
     shown = f"turns for the last time at {decimal(min(times), 3)} to {decimal(max(times), 3)} s, "
     shown += f"{decimal(min(angles), 3)} to {decimal(max(angles), 3)} rad"
     falls = f"falls by at most {decimal(fall, 2)} rad"
-    return {
-        "no turning point after that": statement(
-            turning, f"monotonous from {time} s, {angle} rad on", shown
-        ),
-        "no fall that a graph shows": statement(
-            fall < VISIBLE, f"monotonic from {time} s on", falls
-        ),
-    }, {"fall": fall, "share": fall / math.pi}
+    smooth = statement(turning, f"monotonous from {time} s, {angle} rad on", shown)
+    visible = statement(fall < VISIBLE, f"monotonic from {time} s on", falls)
+    parts = {"no turning point after that": smooth, "no fall that a graph shows": visible}
+    return parts, {"fall": fall, "share": fall / math.pi}
 
 
 @claim("NUM-33", rule="interpretations", control="refuted", printed="7.9")

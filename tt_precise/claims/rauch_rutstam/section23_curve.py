@@ -273,12 +273,8 @@ def largest_at_the_equator(angle: str = "", run: Run = REFERENCE) -> Grounds:
 
 
 def _difference(pair: tuple[str, str]) -> Quantity:
-    first, second = (QUANTITIES[name] for name in pair)
-
-    def difference(q: Motion) -> Scalar:
-        return first.evaluate(q) - second.evaluate(q)
-
-    return Quantity.of(difference, "J")
+    first, second = (QUANTITIES[name].evaluate for name in pair)
+    return Quantity.of(lambda q: first(q) - second(q), "J")
 
 
 @claim("QUAL-27", rule="interpretations", control="refuted", side=-1)
@@ -292,11 +288,7 @@ def direction_of_omega_cross_a(side: int = 1, run: Run = REFERENCE) -> Grounds:
     Note: The component is R alpha omega_z sin(theta) > 0 where omega is exactly vertical. Near the
     pole the small horizontal part of omega decides its sign.
     """
-
-    def along_y(q: Motion) -> Scalar:
-        return side * _along_y(cross(q.omega, q.a), q)
-
-    velocity = Quantity.of(along_y, "m/s")
+    velocity = Quantity.of(lambda q: side * _along_y(cross(q.omega, q.a), q), "m/s")
     when, least = run.extremum(velocity, largest=False, span=run.climb)
     shown = f"least value {decimal(least, 4)} m/s at {decimal(when, 5)} s"
     parts = {"at every instant": (least > 0, shown), **_averages(velocity, run)}

@@ -161,8 +161,7 @@ def ends_with_a_crossing(tolerance: str = "0.1") -> Grounds:
         shown = f", at most {sweeps.short(distances.max(), 2)} s apart"
         return sweeps.of_all(rows, distances <= float(tolerance), "for all tested IC", shown)
 
-    held = sweeps.starts(WITH_PRECESSION, "held")
-    inverting = held[held["t_end_A"].notna()]
+    inverting = sweeps.starts(WITH_PRECESSION, "held", "t_end_A.notna()")
     near = (apart(inverting) <= float(tolerance)).sum()
     numbers = {"near": near, "inverting": len(inverting)}
     return sweeps.both_ways(WITH_PRECESSION, check), numbers
