@@ -1,6 +1,5 @@
 """The words of a claim in its docstring, and texts with numbers in braces."""
 
-
 import pytest
 
 from tt_precise.claims.words import Wording, fill
