@@ -178,20 +178,6 @@ def test_coulombs_law_is_not_blamed_without_the_reason(monkeypatch: Patch) -> No
         prove("reference")
 
 
-def test_other_precision_and_steps_intersect(
-    short: tt.Scene, proof: Proof, monkeypatch: Patch
-) -> None:
-    monkeypatch.setattr("tt_precise.certify.propose.FIRST", 0.1137)
-    other = prove(short, bits=150)
-    begins, others = (
-        {str(segment.step.time) for segment in one.enclosure.steps[1:]} for one in (proof, other)
-    )
-    assert not begins & others
-    for time in TIMES:
-        a, b = proof.state(time), other.state(time)
-        assert all(a[name].overlaps(b[name]) for name in a)  # type: ignore[union-attr]
-
-
 def test_events_are_those_that_heyoka_finds(proof: Proof) -> None:
     agree_on_events(proof, 1e-44)
 

@@ -108,14 +108,6 @@ def test_enclosures_hold_what_is_exact(scene: Scene) -> None:
         assert ball.low <= exact <= ball.high < ball.low + Fraction(1, 10**30)
 
 
-def test_an_edited_proof_is_found_and_named(folder: Path, scene: Scene) -> None:
-    edit_proof(folder, lambda stated: stated["contact"].update(g_n_positive=False), seal=False)
-    found = problems(folder)
-    assert found[0].startswith(f"{PROOF}: changed since it was written")
-    assert refused(scene, folder) == found[0]
-    assert inspect(NAME, folder)[1] == found
-
-
 @pytest.mark.parametrize(
     ("file", "column", "count"),
     [(TRAJECTORY, "theta", 1), (TRAJECTORY, "nu_y", -1), (EVENTS, "t", 1), (EVENTS, "kz", -1)],

@@ -157,19 +157,6 @@ def test_vectors_are_golden_integrated_or_none() -> None:
     assert true.vectors(numpy.array([2.0])) is None
 
 
-def test_errors_of_doubles_and_of_decimals_are_the_same() -> None:
-    stored = read_files("reference")
-    cells = {name: stored.trajectory.column(name)[100:103] for name in VECTORS}
-    doubles = {name: numpy.array(stored.trajectory.floats(name)[100:103]) for name in VECTORS}
-    values = {name: column * (1 + 1e-9) for name, column in doubles.items()}
-    in_double = relative_errors(stored.scene, doubles, values)
-    exact = relative_errors(
-        stored.scene, cells, values, lambda row, names: [values[n][row] for n in names]
-    )
-    for name in VECTORS:
-        assert in_double[name] == pytest.approx(exact[name], rel=1e-5)
-
-
 def test_missing_numbers_are_infinitely_wrong_and_undefined_ones_are_not_compared() -> None:
     stored = read_files("reference")
     true = {name: list(stored.trajectory.column(name)[1:4]) for name in (*VECTORS, "theta_dot")}

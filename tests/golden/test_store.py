@@ -94,13 +94,6 @@ def test_right_hashes_do_not_get_past_the_proof(proved: Path) -> None:
     assert problems(proved) == []
 
 
-def test_data_are_read_once_for_each_manifest(proved: Path) -> None:
-    first = store.read_whole(NAME, proved.parent)
-    assert store.read_whole(NAME, proved.parent) is first
-    flipped_under_right_hashes(proved)
-    assert store.read_whole(NAME, proved.parent).trajectory != first.trajectory
-
-
 @pytest.mark.parametrize("file", [SCENE, TRAJECTORY])
 @pytest.mark.parametrize("kind", ["link to a device", "link to a file", "pipe"])
 def test_files_that_are_not_regular_are_refused(proved: Path, file: str, kind: str) -> None:

@@ -48,9 +48,9 @@ def build_command(
 ) -> int:
     """Make golden data for SCENES (shipped names or TOML files), by default for all shipped scenes.
 
-    The output goes to ./golden, or, for shipped scenes in a checkout, to its reference_data. An
-    interrupted build leaves the folder of each scene whole. Exit status 1 if published digits would
-    change without --replace, or if the computations contradict each other.
+    The output goes to ./golden, or, for shipped scenes in a checkout, to its reference_data. Files
+    of an interrupted build are refused until the scene is built again. Exit status 1 if published
+    digits would change without --replace, or if the computations contradict each other.
     """
     from tt_precise.golden import build
 
