@@ -47,15 +47,11 @@ def test_series_satisfy_the_equations(reference: Scene) -> None:
     row = start.first_row(layout.form, ())
     series, moving = layout.moving(start.body, row, FN)
     rates = layout.rates(start.body, row, FN)
-    assert [one[1] for one in series] == pytest.approx(rates)
-    step = FN.mpf(2) ** -20
-    order = 6
-
-    def at(time: Any) -> list[Any]:
-        return [sum(one[k] * time**k for k in range(order)) for one in series]
-
-    ahead = layout.rates(start.body, at(step), FN)
-    slopes = [sum(k * one[k] * step ** (k - 1) for k in range(1, order)) for one in series]
+    assert [c[1] for c in series] == pytest.approx(rates)
+    step, order = FN.mpf(2) ** -20, 6
+    state = [sum(c[k] * step**k for k in range(order)) for c in series]
+    ahead = layout.rates(start.body, state, FN)
+    slopes = [sum(k * c[k] * step ** (k - 1) for k in range(1, order)) for c in series]
     # the first term left out, whose coefficients are below 10^7
     assert max(abs(a - b) for a, b in zip(ahead, slopes, strict=True)) < 1e7 * step ** (order - 1)
     assert isinstance(moving, Motion)
@@ -73,9 +69,9 @@ def test_ends_are_positive_on_the_table(coordinates: str, model: str, names: set
     scene = load_scene("rolling" if model == "rolling" else "reference")
     start, form = start_of(scene), integration_form(model, coordinates)
     row = start.first_row(form, ())
-    found = terminal_functions(form, Layout(form).motion(start.body, row, FN))
-    assert found.keys() == names
-    assert min(found.values()) > 0
+    functions = terminal_functions(form, Layout(form).motion(start.body, row, FN))
+    assert functions.keys() == names
+    assert min(functions.values()) > 0
 
 
 def test_the_longest_step_is_for_small_tilts_and_shorter_for_faster_tops(reference: Scene) -> None:

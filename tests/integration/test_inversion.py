@@ -65,35 +65,30 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
 def test_the_definitions_on_climbs_made_by_hand(
     changes: dict[str, Any], when: str, expected: tuple[Any, ...]
 ) -> None:
-    found = inversion.from_inversion_events(replace(MARKS, **changes), math.pi)
-    assert [getattr(climb, when) for climb in (found.A, found.B, found.C)] == [
-        one and pytest.approx(one, rel=1e-15) for one in expected
-    ]
-    assert found.equator == (None if "equator" in changes else 10)
+    times = inversion.from_inversion_events(replace(MARKS, **changes), math.pi)
+    climbs = [getattr(climb, when) for climb in (times.A, times.B, times.C)]
+    assert climbs == [t and pytest.approx(t, rel=1e-15) for t in expected]
+    assert times.equator == (None if "equator" in changes else 10)
 
 
 def all_times(run: Trajectory) -> list[Any]:
-    """At the equator, and of A, B and C."""
-    found = run.inversion
-    climbs = (found.A, found.B, found.C)
-    return [found.equator, *(t for one in climbs for t in (one.t_init, one.t_end))]
+    """Return the times at the equator, and of A, B and C."""
+    return [run.inversion.equator, *run.inversion.times.values()]
 
 
 def test_double_and_triple_double_agree(double: Trajectory, fine: Trajectory) -> None:
-    for rough, finer in zip(all_times(double), all_times(fine), strict=True):
-        assert abs(mpmath.mpf(rough) - finer) < 1e-12  # s; the bar
+    for time, exact in zip(all_times(double), all_times(fine), strict=True):
+        assert abs(mpmath.mpf(time) - exact) < 1e-12  # s; the bar
 
 
 def test_the_initiation_time_is_the_one_computed_with_200_bits(fine: Trajectory) -> None:
-    """The scene that restarts there carries it, from runs with 200 and 224 bits."""
-    source = load_scene("from-initiation").source
-    printed = source.split("t = ")[1].split(" s;")[0]
-    apart = abs(fine.inversion.A.t_init - fine.precision.context.mpf(printed))
-    assert apart < 1e-30  # s
-    assert apart > 0
+    """The scene that restarts there has it, from runs with 200 and 224 bits."""
+    printed = load_scene("from-initiation").source.split("t = ")[1].split(" s;")[0]
+    distance = abs(fine.inversion.A.t_init - fine.precision.context.mpf(printed))
+    assert 0 < distance < 1e-30  # s
 
 
-def test_definitions_differ_but_tell_of_one_climb(double: Trajectory) -> None:
+def test_the_definitions_differ_by_less_than_a_tenth_of_a_second(double: Trajectory) -> None:
     equator, *times = all_times(double)
     inits, ends = times[::2], times[1::2]
     assert len({*inits, *ends}) == 6
@@ -130,7 +125,7 @@ def test_a_horizon_before_the_climb(reference: Scene, double: Trajectory) -> Non
 
 
 def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
-    """With g_n < 0 on the way, as asked for; unilateral the top would leave the table first."""
+    """With g_n < 0 on the way; unilateral the top would leave the table first."""
     scene = reference.varied(phi_dot="-30", until="12")
     setup: Any = {"contact": "bilateral", "tolerance": 1e-13}
     at_once = integrate(scene, events=inversion.NEEDED, **setup)
@@ -148,24 +143,23 @@ def test_a_passage_of_the_pole_has_no_direction(chosen: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("how", "largest"),
+    ("options", "largest"),
     [({}, 1e-10), ({"digits": 6}, 1e-4), ({"digits": 12}, 1e-12), more({"digits": 20}, 1e-20)],
 )
 def test_the_times_of_the_climb_have_their_errors(
-    how: dict[str, Any], largest: float, fine: Trajectory
+    options: dict[str, Any], largest: float, fine: Trajectory
 ) -> None:
-    run = integrate("reference", **how)
-    found, errors = run.inversion, run.inversion_errors
-    assert list(errors) == ["equator", *found.times]
-    for name, t in {"equator": found.equator, **found.times}.items():
-        finer = fine.inversion
-        apart = abs(t - (finer.equator if name == "equator" else finer.times[name]))
+    run = integrate("reference", **options)
+    names, errors = ["equator", *run.inversion.times], run.inversion_errors
+    assert list(errors) == names
+    for name, time, exact in zip(names, all_times(run), all_times(fine), strict=True):
         # in double a time is stored with half a unit in its last place
-        assert apart <= 1.5 * errors[name] + (1e-15 if run.precision.is_float else 0), name
+        allowed = 1.5 * errors[name] + (1e-15 if run.precision.is_float else 0)
+        assert abs(time - exact) <= allowed, name
         assert errors[name] < largest, name
 
 
-def test_a_time_that_is_not_there_has_no_error() -> None:
+def test_a_missing_time_has_no_error() -> None:
     assert integrate("upright").inversion_errors == {}
     assert list(integrate("regularised-1e-2").inversion_errors) == [
         "equator", "t_init_A", "t_init_B", "t_init_C",
