@@ -144,7 +144,7 @@ def test_the_tables_of_a_body_make_the_same_body(friction: Any, contact: Any) ->
         ({"law": "stribeck", "mu": "1"}, None, "missing key friction.epsilon, .*: mu_s, v_s"),
         ({"law": "rough"}, None, "friction.law: got 'rough', expected one of"),
         (None, {"law": "compliant", "force": "linear", "stiffness": "5 N/m^1.5", "damping": 0},
-         "contact.stiffness: got '5 N/m.1.5', expected N/m alone"),
+         "contact.stiffness: got '5 N/m.1.5', expected a number in N/m "),
         (None, {"lost": "jump"}, "contact.lost: got 'jump'"),
     ],
 )  # fmt: skip

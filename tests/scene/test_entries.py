@@ -53,7 +53,7 @@ def test_a_value_is_read_in_the_unit_of_its_entry(name: str, value: str, number:
         ("omega_3", "25 rev", "expected a rate of turn, such as"),
         ("theta", "3 m", "expected an angle, such as"),
         ("I1", "3 kg m", "expected a moment of inertia, such as"),
-        ("stiffness", "12 N/m^1.5", "expected N/m alone"),
+        ("stiffness", "12 N/m^1.5", "expected a number in N/m "),
         ("mu_s", "0.3 s/m", "expected a number alone"),
         ("m", "15 stone", "stone is none of the units kg, g, m"),
         ("theta", "pi deg", "the number has pi squared"),

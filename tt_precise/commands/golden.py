@@ -25,10 +25,10 @@ FOLDER = click.option(
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder of golden data; by default the package's, and ./golden.",
 )
-WORKERS = options.workers("by default one for each core")
+WORKERS = options.WORKERS
 
 
-@click.group("golden", cls=options.Group)
+@click.group("golden")
 def command() -> None:
     """Reference trajectories with every printed digit right."""
 

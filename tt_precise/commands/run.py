@@ -330,7 +330,8 @@ def lines(record: RunRecord) -> Iterator[str]:
     )
     if record.at_rest:
         yield f"  start: {record.at_rest} at rest"
-    yield from (f"  WARNING: {warning}" for warning in record.warnings)
+    for warning in record.warnings:
+        yield f"  {'note' if warning.startswith('drift:') else 'WARNING'}: {warning}"
     yield f"  theorem: {IN_WORDS[record.theorem]}: {record.theorem_reason}"
     passage = times["equator"] if record.equator == "passed" else record.t_end
     yield f"  equator: {EQUATORS[record.equator]} {with_error(passage, errors.get('equator'))} s"

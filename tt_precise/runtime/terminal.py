@@ -1,24 +1,15 @@
-"""Output to the terminal: lines, coloured tables, and progress bars."""
+"""Output to the terminal: lines and progress bars."""
 
 from __future__ import annotations
 
 import multiprocessing
-import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
-
 
 # control characters but tab; line separators; bytes of file names that are not UTF-8
 HIDDEN = re.compile("[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
-
-UNCUT = 100_000  # Columns of a line that goes into a pipe or a file: more than any table has.
 
 
 def one_line(text: str) -> str:
@@ -32,26 +23,6 @@ def say(lines: Iterable[str]) -> None:
 
     for line in lines:
         click.echo(one_line(line))
-
-
-def console(*, stderr: bool = False) -> Console:
-    """A console of rich's, as wide as its terminal; on a pipe or in a file nothing is cut."""
-    from rich.console import Console
-
-    screen = Console(stderr=stderr)
-    if not screen.is_terminal and "COLUMNS" not in os.environ:
-        screen.width = UNCUT
-    return screen
-
-
-def print_table(screen: Console, table: Table) -> None:
-    """Print a table, without blanks at the ends of its lines."""
-    import click
-
-    with screen.capture() as printed:
-        screen.print(table)
-    for line in printed.get().splitlines():
-        click.echo(line.rstrip())
 
 
 Progress = Callable[[float], None]
@@ -71,9 +42,10 @@ def progress_bar(label: str) -> Iterator[Progress]:
     if not sys.stderr.isatty() or multiprocessing.parent_process():
         yield silent
         return
+    from rich.console import Console
     from rich.markup import escape
     from rich.progress import Progress as Bars
 
-    with Bars(console=console(stderr=True), transient=True) as bars:
+    with Bars(console=Console(stderr=True), transient=True) as bars:
         task = bars.add_task(escape(one_line(label)), total=1.0)
         yield lambda fraction: bars.update(task, completed=fraction)

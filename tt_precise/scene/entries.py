@@ -131,7 +131,9 @@ def number_of(
             raise ValueError(f"{text} measures something else")
         return number * factor, bool(entry.size) and unit is None
     except (ValueError, ArithmeticError) as error:
-        kind, *example = KINDS.get(expected, (f"{expected or 'a number'} alone",))
+        kind, *example = KINDS.get(
+            expected, (f"a number in {expected}" if expected else "a number alone",)
+        )
         such = "".join(f', such as "{one}"' for one in example)
         got = shortened(value)
         raise InputError(f"{what or name}: got {got}, expected {kind}{such} ({error})") from None
@@ -220,7 +222,7 @@ def brief(value: Fraction) -> str:
     text = f"{number:.6g}"
     if Fraction(text) == value:
         return text
-    return str(value) if len(str(value)) <= 12 else f"about {text}"
+    return str(value) if len(str(value)) <= 8 else f"about {text}"
 
 
 def new_file(title: str) -> str:
