@@ -150,7 +150,8 @@ build:    ## wheel and sdist, into dist/
 build: $(DEV)
 	$(BIN)/hatchling build --clean
 
-# Wheel and sdist, each installed elsewhere, run the examples of README and start.md without a network. .venv lends its
+# Wheel and sdist, each installed elsewhere, run the examples of README and start.md without a network, and
+# every command of README without extras. .venv lends its
 # packages through a path file that does not lead back to the checkout.
 OFFLINE = $(shell unshare -rn true 2> /dev/null && echo unshare -rn)
 LARGEST_WHEEL := 10000000
@@ -169,7 +170,8 @@ smoke: build
 		$(SMOKE)/bin/tt-precise --version && \
 		$(OFFLINE) $(SMOKE)/bin/python -m pytest -q -n 0 -p no:cacheprovider \
 			-c $(CURDIR)/pyproject.toml -o pythonpath= $(CURDIR)/tests/test_documentation.py \
-			-m "not slow" -k "examples_run and (README or start)") \
+			-m "slow or not slow" \
+			-k "without_extras or (examples_run and not True and (README or start))") \
 		|| exit 1; \
 	done
 

@@ -91,8 +91,8 @@ def test_reading(benchmark: Any, what: str) -> None:
 
 @pytest.mark.benchmark(group="sweep", timer=time.process_time)
 def test_sweep_of_256_rows(benchmark: Any) -> None:
-    asked = {"omega_3": "150:155:256"}
-    benchmark.pedantic(tt.sweep, ("reference",), {"vary": asked, "recheck": 0}, rounds=5)
+    starts = tt.grid({"omega_3": "150:155:256"})
+    benchmark.pedantic(tt.sweep, ("reference", starts), {"recheck": 0}, rounds=5)
 
 
 commands = pytest.mark.benchmark(group="commands", timer=of_children)

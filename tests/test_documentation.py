@@ -26,9 +26,7 @@ import tt_precise
 from tests.conftest import Printed, more
 from tests.test_schemas import SLOW
 from tt_precise import cli
-from tt_precise.commands.sweep import is_sweep_file
 from tt_precise.scene.scene import parse_scene
-from tt_precise.sweeps import SweepSpec
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -151,7 +149,7 @@ def write(block: Block) -> bool:
     name = file[1]
     Path(name).write_text(file[2], "utf-8")
     if name.endswith(".toml"):
-        (SweepSpec.load if is_sweep_file(name) else tt_precise.load_scene)(name)
+        tt_precise.load_scene(name)
     return True
 
 
@@ -216,6 +214,38 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_examples_run(path: Path, long: bool) -> None:
     count = run_all(path.read_text("utf-8"), long=long)
     assert path != README or count >= 5
+
+
+# Modules that only extras install; a process in which they are None cannot import them.
+OF_EXTRAS = ("pyarrow", "fsspec", "h5py", "distributed", "dask", "numba", "matlabengine")
+WITHOUT_EXTRAS = f"""
+import sys
+sys.modules.update(dict.fromkeys({OF_EXTRAS}))
+from tt_precise.cli import entry
+entry()
+"""
+OF_AN_HOUR = ("tt-precise golden certify",)  # Commands of README that name no scene.
+
+
+@pytest.mark.slow
+def test_the_commands_of_readme_run_without_extras() -> None:
+    """Also the commands in sentences and in tables, in their order."""
+    text = README.read_text("utf-8")
+    lines = [" ".join(line.split()) for line in INLINE.findall(prose(text))]
+    lines += [
+        command
+        for block in blocks(text)
+        if block.language == "console"
+        for command, _ in commands(block)
+    ]
+    assert len(lines) > 12
+    for line in lines:
+        program, *words = shlex.split(line, comments=True)
+        assert program == "tt-precise"
+        if line not in OF_AN_HOUR:
+            command = [sys.executable, "-c", WITHOUT_EXTRAS, *words]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
 
 
 def test_the_scene_in_readme_is_the_reference() -> None:

@@ -67,7 +67,7 @@ def test_the_package_is_typed_and_names_its_arguments() -> None:
     assert Path(tt_precise.__file__).with_name("py.typed").is_file()
     names = inspect.signature(tt_precise.integrate).parameters
     assert {"digits", "until", "sample_every"} <= set(names)
-    assert {"vary", "box", "until"} <= set(inspect.signature(tt_precise.sweep).parameters)
+    assert {"starts", "record", "out"} <= set(inspect.signature(tt_precise.sweep).parameters)
     trajectory = tt_precise.integrate("reference", until="0.02", sample_every="0.005")
     assert trajectory.table("theta")["t"].tolist() == [0, 0.005, 0.01, 0.015, 0.02]
 

@@ -12,3 +12,4 @@ from .runtime.values import InputError as InputError
 from .scene.scene import Scene as Scene
 from .scene.scene import load_scene as load_scene
 from .sweeps.run import sweep as sweep
+from .sweeps.starts import grid as grid

@@ -1,4 +1,4 @@
-"""The smallest value of an entry at which a top passes the equator, or reaches another goal.
+"""Find the smallest value of a number of a scene at which the top reaches a goal.
 
 A scan of the range finds every change of the answer that its values resolve; bisection of the first
 change from no to yes gives the digits. Each answer is a run. Runs in a finer arithmetic confirm the
@@ -13,111 +13,79 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from tt_precise.exact.thresholds import theorem
 from tt_precise.integration.setup import refused_in_doubles
-from tt_precise.runtime.called import refuse_calls
 from tt_precise.runtime.terminal import Progress, silent
-from tt_precise.runtime.values import (
-    Hints,
-    InputError,
-    Json,
-    Scalar,
-    keyword_advice,
-    require_name,
-    whole_number,
-)
+from tt_precise.runtime.values import Json, Scalar, require_name, whole_number
 from tt_precise.scene.entries import kept_fixed, written
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.specification import Ends, box_ends, unit_of, variable
+from tt_precise.sweeps.starts import Ends, box_ends, unit_of, variable_names
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
-refuse_calls(__name__, 'tt.threshold.find(scene, "omega_3", (20, 260))')
-
-Goal = Literal["equator", "inverted", "contact_lost", "contact_kept"]
 GOALS = {
     "equator": "the axis passes the equator within the horizon",
     "inverted": "energy and lambda at the horizon prove that the motion approaches inverted spin",
     "contact_lost": "the top leaves the table within the horizon",
     "contact_kept": "the top stays on the table up to the horizon",
 }
-POINTS, MOST_POINTS = 33, 10_000
 ANSWER_DIGITS = 17  # Values beside an answer are printed as doubles, so that a run repeats it.
-MOST_DIGITS = 25  # Double-double has 31 digits, which lose some six on the way.
-PLAIN = 6  # Decimal exponents up to which a number is written without an exponent.
-LATE = 0.95  # Part of the horizon after which it may be the horizon that decides.
-IN_DOUBLE = 10  # Digits that runs in double answer: the state loses up to five of their 15.
+MOST_DIGITS = 25  # Double-double has 31 digits, of which a motion loses some six.
+DIGITS_OF_DOUBLE = 10  # Digits of the value that runs in double resolve.
+FINE_TOLERANCE = 1e-28  # Relative; a finer one improves no double-double.
+MOST_POINTS = 10_000  # Values of a scan, each of which is a run.
+LATE = 0.95  # Part of the horizon after which the horizon may decide the answer.
 
 
 class Answer(NamedTuple):
-    """The answer at one value, in words, with its time (s), or None without a time."""
+    """The answer at one value, its text, and the time in s of the event that decides, or None."""
 
     value: Fraction
     yes: bool
     text: str
-    t: float | None
-
-    def as_dict(self, digits: int) -> dict[str, Json]:
-        """Return the fields of the JSON object."""
-        return {
-            "value": decimal(self.value, digits), "yes": self.yes, "text": self.text, "t": self.t
-        }  # fmt: skip
+    t: float | None = None
 
 
 @dataclass(frozen=True, repr=False)
-class Found(Hints):
+class Threshold:
     """The result of ``find``.
 
-    ``below`` and ``above`` are the ends of the bracket that encloses the smallest value with the
-    answer yes. Without ``below`` the answer is yes from the low end of the range on; without
-    ``above`` the answer is no at every value of the scan. ``isolated`` is true if ``below`` is the
-    low end of the range, and the answer is yes at every value of the bisection above: then the low
-    end is an isolated state, such as an upright top, and no threshold. ``changes`` are all
-    neighbours in the scan whose answers differ. ``confirmed`` is true if the answer is yes
-    somewhere, and a finer arithmetic gives the same answers at the ends of the bracket.
-    ``verdicts`` are the verdicts of Theorem 1.1 at every value of the scan; ``by_theorem`` is the
-    value from which the theorem's verdict is "inverts", if this is the only change of the verdicts.
+    The smallest value with the answer yes lies between ``below`` and ``above``. Without ``below``
+    the answer is yes from the low end of the range on; without ``above`` it is no at every value of
+    the scan. ``changes`` are all neighbours in the scan whose answers differ. ``confirmed`` is true
+    if the answer is yes somewhere, and a finer arithmetic gives the same answers at the ends of the
+    bracket. ``verdicts`` are those of Theorem 1.1 at every value of the scan; ``by_theorem`` is the
+    value from which the verdict is "inverts", if this is its only change.
     """
 
     scene: Scene
     name: str
-    goal: Goal
+    goal: str
     digits: int
-    points: int
+    low: Fraction
     below: Answer | None
     above: Answer | None
-    isolated: bool
     changes: tuple[tuple[Answer, Answer], ...]
     confirmed: bool
     by_theorem: Fraction | None
     verdicts: tuple[str, ...]
 
     @property
-    def threshold(self) -> Fraction | None:
-        """The value found; None if the answer is no everywhere, or at an isolated end only."""
-        return None if self.isolated or self.above is None else self.above.value
-
-    def __repr__(self) -> str:
-        return "\n".join(lines(self))
+    def isolated(self) -> bool:
+        """True if the answer is no at the low end alone, such as that of an upright top."""
+        return self.below is not None and self.below.value == self.low
 
     @property
-    def answer_digits(self) -> int:
-        """The digits of a value at which an answer is printed."""
-        return max(ANSWER_DIGITS, self.digits + 1)
+    def threshold(self) -> Fraction | None:
+        """The smallest value with the answer yes; None if there is none, or an isolated end."""
+        return None if self.isolated or self.above is None else self.above.value
 
     def as_dict(self) -> dict[str, Json]:
-        """Return the fields of the JSON object; numbers are strings.
-
-        The value found has ``digits`` digits, and a value beside its answer ``answer_digits``.
-        """
-
-        def text(answer: Answer | None) -> Json:
-            return answer and answer.as_dict(self.answer_digits)
-
-        exact = self.by_theorem
+        """Return the JSON object; values are decimal strings."""
+        exact = None if self.by_theorem is None else decimal(self.by_theorem, self.digits)
         return {
             "schema": "tt_precise.threshold/1",
             "scene": self.scene.name,
@@ -125,258 +93,192 @@ class Found(Hints):
             "goal": self.goal,
             "until": str(self.scene.until),
             "digits": self.digits,
-            "points": self.points,
+            "points": len(self.verdicts),
             "value": None if self.threshold is None else decimal(self.threshold, self.digits),
             "isolated": self.isolated,
-            "below": text(self.below),
-            "above": text(self.above),
-            "changes": [[text(one), text(other)] for one, other in self.changes],
+            "below": self._entry(self.below),
+            "above": self._entry(self.above),
+            "changes": [[*map(self._entry, pair)] for pair in self.changes],
             "confirmed": self.confirmed,
-            "theorem": {
-                "value": None if exact is None else decimal(exact, self.digits),
-                "at_low": self.verdicts[0],
-                "at_high": self.verdicts[-1],
-            },
+            "theorem": {"value": exact, "at_low": self.verdicts[0], "at_high": self.verdicts[-1]},
         }
 
+    def _entry(self, answer: Answer | None) -> dict[str, Json] | None:
+        """Return an answer with its value in so many digits that a run repeats it."""
+        digits = max(ANSWER_DIGITS, self.digits + 1)
+        return answer and {**answer._asdict(), "value": decimal(answer.value, digits)}
 
-@keyword_advice('an entry and its range: find(scene, "omega_3", (20, 260))')
+    def __repr__(self) -> str:
+        unit, until = unit_of(self.name, self.scene.body.law), float(self.scene.until)
+        below, above = map(self._entry, (self.below, self.above))
+        text = [
+            f"{self.scene.name}, until {until:g} s: the smallest {self.name} from which "
+            f"{GOALS[self.goal]}"
+        ]
+        if self.threshold is not None:
+            value = decimal(self.threshold, self.digits)
+            degrees = f" ({math.degrees(self.threshold):.6g} deg)" if self.name == "theta" else ""
+            already = "" if below else "already at the low end of the range, "
+            text.append(f"  {already}{self.name} = {value} {unit}{degrees}".rstrip())
+        elif above:
+            text.append("  none: the answer is no at the low end alone, a state of its own")
+        else:
+            text.append(f"  none: the answer is no at all of {len(self.verdicts)} values")
+        text += [f"    at {end['value']} {unit}: {end['text']}" for end in (below, above) if end]
+        if self.above and (self.above.t or 0) > LATE * until:
+            text.append("    just before the horizon: a later --until may give a smaller value")
+        if above and not self.confirmed:
+            text.append(
+                "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for "
+                "fewer digits, or for another range"
+            )
+        first = next((pair for pair in self.changes if pair[1].yes), None)
+        for pair in self.changes:
+            if below is None or pair != first:
+                low, high = (decimal(answer.value, ANSWER_DIGITS) for answer in pair)
+                text.append(
+                    f"  between {low} and {high} {unit} the answer changes to "
+                    f"{'yes' if pair[1].yes else 'no'}: {pair[1].text}"
+                )
+        if kept := kept_fixed([self.name], self.scene.sizes):
+            text.append(f"  {kept}")
+        return "\n".join([*text, f"  theorem: {self._theorem(unit)}"])
+
+    def _theorem(self, unit: str) -> str:
+        """Return the verdicts of Theorem 1.1 over the range as text."""
+        words = [verdict.replace("_", " ") for verdict in self.verdicts]
+        if self.by_theorem is None:
+            counts = [(word, len([*same])) for word, same in itertools.groupby(words)]
+            tried = ", then ".join(f"{word} at {count}" for word, count in counts)
+            return f"of the {len(words)} values tried, from the low end: {tried}"
+        value = f"{decimal(self.by_theorem, self.digits)} {unit}".rstrip()
+        return f"{words[0]} below {self.name} = {value}, {words[-1]} from there on"
+
+
 def find(
     scene: str | Scene,
     name: str,
-    ends: Ends | None = None,
+    ends: Ends,
     *,
-    goal: Goal = "equator",
-    until: str | int | float | None = None,
+    goal: str = "equator",
+    until: str | float | None = None,
     digits: int = 6,
-    points: int = POINTS,
+    points: int = 33,
     progress: Progress = silent,
-) -> Found:
-    """Find the smallest value of the entry ``name`` between ``ends`` that reaches the ``goal``.
+) -> Threshold:
+    """Find the smallest value of ``name`` between ``ends`` that reaches the ``goal``.
 
-    ``name`` and ``ends`` are as in a sweep's box: a start value or parameter, and two numbers or
-    "low:high"; ``find(scene, "omega_3=20:260")`` says both. The value has ``digits`` significant
-    digits. A scan first tries ``points`` values:
-    of several changes of the answer between two neighbours, the scan finds one or none.
+    ``name`` and ``ends`` are as in the box of a sweep's ``grid``: a start value or parameter, and
+    two numbers or "low:high". The scan has ``points`` values; of several changes of the answer
+    between two neighbours it finds one or none. The value has ``digits`` significant digits.
 
     Raises ``InputError``: an argument cannot be used, or a scene in the range is refused.
     """
     loaded = load_scene(scene)
     if until is not None:
         loaded = loaded.varied(until=written(until, "until"))
-    if ends is None:
-        name, equals, ends = str(name).partition("=")
-        if not equals:
-            raise InputError(f'find: got {name!r} alone, expected its range: "{name}", (20, 260)')
-    require_name("find", name, variable(loaded))
-    for what, value, least, most in (
-        ("digits", digits, 1, MOST_DIGITS),
-        ("points", points, 2, MOST_POINTS),
-    ):
-        whole_number(value, what, least, most)
+    require_name("find", name, variable_names(loaded))
     require_name("goal", goal, GOALS)
+    whole_number(digits, "digits", 1, MOST_DIGITS)
+    whole_number(points, "points", 2, MOST_POINTS)
     low, high = box_ends(name, ends)
-    search = _Search(loaded, name, goal)
-    for end in (low, high):  # a refusal then shows the number that was given
-        search.scene_at(end)
+    fine = "quad" if refused_in_doubles(loaded) else "double-double", FINE_TOLERANCE
+
+    def in_double(value: Fraction) -> Answer:
+        return answer(loaded.varied(**{name: value}), value, goal)
+
+    def finely(value: Fraction) -> Answer:
+        return answer(loaded.varied(**{name: value}), value, goal, *fine)
+
+    def by_theorem(value: Fraction) -> Answer:
+        verdict = theorem(loaded.varied(**{name: value}))
+        return Answer(value, bool(verdict.inverts), verdict.verdict)
+
+    loaded.varied(**{name: high})  # a refusal comes before the first run
     scan = []
     for number in range(points):
-        scan.append(search.answer(low + (high - low) * number / (points - 1)))
+        scan.append(in_double(low + (high - low) * number / (points - 1)))
         progress((number + 1) / points)
     changes = [pair for pair in itertools.pairwise(scan) if pair[0].yes != pair[1].yes]
-    first = None if scan[0].yes else next((pair for pair in changes if pair[1].yes), None)
-    below, above = first or (None, scan[0] if scan[0].yes else None)
+    below, above = next((pair for pair in changes if pair[1].yes), (None, None))
+    if scan[0].yes:
+        below, above = None, scan[0]
     confirmed = False
     if above:
         if below:
-            rough = Fraction(1, 10 ** min(digits, IN_DOUBLE))
-            below, above = bisected(below, above, rough, search.answer)
-        fine = search.finer()
-        below, above = below and fine(below.value), fine(above.value)
+            below, above = bisected(below, above, min(digits, DIGITS_OF_DOUBLE), in_double)
+        below, above = below and finely(below.value), finely(above.value)
         confirmed = above.yes and not (below and below.yes)
         if below and confirmed:
-            below, above = bisected(below, above, Fraction(1, 10**digits), fine)
-    verdicts = [theorem(search.scene_at(one.value)).verdict for one in scan]
-    turns = [i for i, (one, other) in enumerate(itertools.pairwise(verdicts)) if one != other]
-    by_theorem = None
-    if len(turns) == 1:
-        one, other = scan[turns[0] : turns[0] + 2]
-        by_theorem = search.by_theorem(one.value, other.value, digits)
-    isolated = below is not None and below.value == low
-    return Found(
-        loaded, name, goal, digits, points, below, above, isolated, tuple(changes), confirmed,
-        by_theorem, tuple(verdicts),
-    )  # fmt: skip
+            below, above = bisected(below, above, digits, finely)
+    verdicts = [by_theorem(each.value) for each in scan]
+    turns = [pair for pair in itertools.pairwise(verdicts) if pair[0].text != pair[1].text]
+    exact = None
+    if len(turns) == 1 and turns[0][1].yes:
+        no, yes = bisected(*turns[0], digits + 1, by_theorem)
+        exact = None if no.value == low else yes.value  # the low end may be isolated
+    return Threshold(
+        loaded,
+        name,
+        goal,
+        digits,
+        low,
+        below,
+        above,
+        tuple(changes),
+        confirmed,
+        exact,
+        tuple(verdict.text for verdict in verdicts),
+    )
 
 
 def bisected(
-    below: Answer, above: Answer, relative: Fraction, answer: Callable[[Fraction], Answer]
+    below: Answer, above: Answer, digits: int, answer_at: Callable[[Fraction], Answer]
 ) -> tuple[Answer, Answer]:
-    """Halve the bracket of a no and a yes until its relative width is at most ``relative``.
+    """Halve the bracket of a no and a yes until its ends agree to ``digits`` digits.
 
-    Beside 0, ``relative`` squared of the first width is enough.
+    Beside 0 a part of the first width is enough, the square of that of the digits.
     """
+    relative = Fraction(1, 10**digits)
     least = relative**2 * (above.value - below.value)
-    while above.value - below.value > max(
-        relative * max(abs(below.value), abs(above.value)), least
-    ):
-        middle = answer((below.value + above.value) / 2)
+    while above.value - below.value > max(relative * max(-below.value, above.value), least):
+        middle = answer_at((below.value + above.value) / 2)
         below, above = (below, middle) if middle.yes else (middle, above)
     return below, above
 
 
-class _Search:
-    """Answers about one scene with other values of an entry."""
+def answer(
+    scene: Scene, value: Fraction, goal: str, precision: str = "double", tolerance: float = 0.0
+) -> Answer:
+    """Integrate the scene, and answer whether it reaches the goal."""
+    from tt_precise.certify.outcome import outcome_of
+    from tt_precise.integration import integrate
 
-    def __init__(self, scene: Scene, name: str, goal: Goal):
-        self.scene, self.name, self.goal = scene, name, goal
-
-    def scene_at(self, value: Fraction) -> Scene:
-        """The scene with a value of the entry."""
-        return self.scene.varied(**{self.name: value})
-
-    def answer(self, value: Fraction) -> Answer:
-        """The answer of a run in double."""
-        return self._answer(value, "double", 0.0)
-
-    def finer(self) -> Callable[[Fraction], Answer]:
-        """Answers of runs in a finer arithmetic."""
-        precision = "quad" if refused_in_doubles(self.scene) else "double-double"
-        return lambda value: self._answer(value, precision, 1e-28)
-
-    def _answer(self, value: Fraction, precision: str, tolerance: float) -> Answer:
-        from tt_precise.certify.outcome import outcome_of
-        from tt_precise.integration import integrate
-
-        run = integrate(
-            self.scene_at(value), precision, events=("equator",), record=(), tolerance=tolerance
-        )
-        passage = crossing(run)
-        until = f"{float(run.t_end):.6g} s"
-        ended = "" if run.status == "complete" else f", where the motion ends: {run.status}"
-        if self.goal in ("contact_lost", "contact_kept"):
-            lost = next((piece for piece in run.pieces if piece.leaves), None)
-            if lost is not None:
-                t = float(lost.end)
-                return Answer(value, self.goal == "contact_lost", f"contact lost at {t:.6g} s", t)
-            kept = run.status == "complete" and self.goal == "contact_kept"
-            return Answer(value, kept, f"on the table up to {until}{ended}", None)
-        if self.goal == "equator":
-            if passage is not None:
-                return Answer(value, True, f"passed at {float(passage):.6g} s", float(passage))
-            return Answer(value, False, f"not passed by {until}{ended}", None)
+    run = integrate(scene, precision, events=("equator",), record=(), tolerance=tolerance)
+    passage, until = crossing(run), f"{float(run.t_end):.6g} s"
+    ended = "" if run.status == "complete" else f", where the motion ends: {run.status}"
+    if goal in ("contact_lost", "contact_kept"):
+        lost = next((float(piece.end) for piece in run.pieces if piece.leaves), None)
+        if lost is not None:
+            return Answer(value, goal == "contact_lost", f"contact lost at {lost:.6g} s", lost)
+        kept = run.status == "complete" and goal == "contact_kept"
+        return Answer(value, kept, f"on the table up to {until}{ended}")
+    if goal == "inverted":
         end = outcome_of(run, passage).end
         theta = f"theta = {float(run.state.theta):.4g} rad at {until}"
-        return Answer(value, end.verdict == "inverted", f"end {end.verdict}, {theta}{ended}", None)
-
-    def by_theorem(self, low: Fraction, high: Fraction, digits: int) -> Fraction | None:
-        """The value from which the theorem's verdict is "inverts", if only at the high end.
-
-        None too if the low end itself is the only value at which it does not.
-        """
-
-        def says(value: Fraction) -> Answer:
-            verdict = theorem(self.scene_at(value))
-            return Answer(value, bool(verdict.inverts), verdict.verdict, None)
-
-        below, above = says(low), says(high)
-        if not above.yes:
-            return None
-        below, above = bisected(below, above, Fraction(1, 10 ** (digits + 1)), says)
-        return None if below.value == low else above.value
+        return Answer(value, end.verdict == "inverted", f"end {end.verdict}, {theta}{ended}")
+    if passage is None:
+        return Answer(value, False, f"not passed by {until}{ended}")
+    return Answer(value, True, f"passed at {float(passage):.6g} s", float(passage))
 
 
 def crossing(run: Trajectory) -> Scalar | None:
-    """The time at which theta first rises through pi/2, in s, of a run with the event equator."""
+    """Return the time in s at which theta first rises through pi/2, or None."""
     events = run.event_table(())
-    for name, t, way in zip(events["name"], events["t"], events["direction"], strict=True):
-        if name == "equator" and way < 0:
-            return t
-    return None
+    rows = zip(events["name"], events["t"], events["direction"], strict=True)
+    return next((t for name, t, way in rows if name == "equator" and way < 0), None)
 
 
 def decimal(value: Fraction, digits: int) -> str:
-    """A value in decimals, rounded to significant digits."""
-    context = Context(prec=digits)
-    rounded = context.divide(Decimal(value.numerator), Decimal(value.denominator)).normalize()
-    plain = -PLAIN <= rounded.adjusted() <= PLAIN
-    return f"{rounded:f}" if plain else str(rounded)
-
-
-def _with_unit(found: Found, value: Fraction, digits: int) -> str:
-    """A value of the entry in ``digits``, with its unit."""
-    return f"{decimal(value, digits)} {unit_of(found.name, found.scene.body.law)}".rstrip()
-
-
-def lines(found: Found) -> list[str]:
-    """The result as text."""
-    until, kept = f"{float(found.scene.until):g} s", kept_fixed([found.name], found.scene.sizes)
-    return [
-        f"{found.scene.name}, until {until}: the smallest {found.name} from which "
-        f"{GOALS[found.goal]}",
-        *_outcome(found),
-        *_changes(found),
-        *([f"  {kept}"] if kept else []),
-        *_theorem(found),
-    ]
-
-
-def _outcome(found: Found) -> list[str]:
-    name, below, above = found.name, found.below, found.above
-    if above is None:
-        return [f"  none: the answer is no at all of {found.points} values; --until is the horizon"]
-    yes = _with_unit(found, above.value, found.answer_digits)
-    no = below and _with_unit(found, below.value, found.answer_digits)
-    in_degrees = f" ({math.degrees(above.value):.6g} deg)" if name == "theta" else ""
-    if below is None:
-        shown = [f"  already at the low end of the range, {name} = {yes}{in_degrees}: {above.text}"]
-    elif found.isolated:
-        shown = [
-            f"  none: at {name} = {no} exactly {below.text};",
-            f"    at every value tried above it, down to {yes}, {above.text}",
-        ]
-    else:
-        shown = [
-            f"  {name} = {_with_unit(found, above.value, found.digits)}{in_degrees}",
-            f"    at {no}: {below.text}",
-            f"    at {yes}: {above.text}",
-        ]
-        if above.t is not None and above.t > LATE * found.scene.until:
-            shown.append(
-                "    just before the horizon: the value may be smaller with a later --until"
-            )
-    if not found.confirmed:
-        shown.append(
-            "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for fewer "
-            "digits, or for another range"
-        )
-    return shown
-
-
-def _changes(found: Found) -> list[str]:
-    """A line for each change of the answer in the scan, except the change that is found."""
-    first = next((i for i, (_, other) in enumerate(found.changes) if other.yes), None)
-    digits = found.answer_digits
-    return [
-        f"  between {decimal(one.value, digits)} and {_with_unit(found, other.value, digits)} the "
-        f"answer changes to {'yes' if other.yes else 'no'}: {other.text}"
-        for i, (one, other) in enumerate(found.changes)
-        if found.below is None or i != first
-    ]
-
-
-def _theorem(found: Found) -> list[str]:
-    words = [verdict.replace("_", " ") for verdict in found.verdicts]
-    runs = [(word, len(list(same))) for word, same in itertools.groupby(words)]
-    if found.by_theorem is not None:
-        value = _with_unit(found, found.by_theorem, found.digits)
-        said = f"{words[0]} below {found.name} = {value}, {words[-1]} from there on"
-        if found.threshold is not None and found.below is not None:
-            ratio = float(found.threshold / found.by_theorem)
-            said += f"; the value found is {ratio:.4g} of it"
-    elif len(runs) == 1:
-        said = f"{words[0]} at all {found.points} values tried"
-    else:
-        tried = ", then ".join(f"{word} at {count}" for word, count in runs)
-        said = f"of the {found.points} values tried, from the low end: {tried}"
-    return [f"  theorem: {said}"]
+    """Return a number in decimals, rounded to significant digits."""
+    return str(Context(prec=digits).divide(Decimal(value.numerator), Decimal(value.denominator)))

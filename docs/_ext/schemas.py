@@ -16,7 +16,7 @@ DOCUMENTS = {
     "golden-proof": "tt_precise.golden.documents:ProofRecord",
     "run": "tt_precise.commands.run:RunRecord",
     "check": "tt_precise.check.result:Checked",
-    "sweep": "tt_precise.sweeps.summary:Summary",
+    "sweep": "tt_precise.sweeps.run:Summary",
 }
 
 

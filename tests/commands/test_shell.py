@@ -26,7 +26,7 @@ PR_CAPBSET_DROP, CAP_DAC_OVERRIDE = 24, 1
 WRITERS = {
     "run": "run reference --out {folder}/a.csv",
     "check": "check {golden} --scene reference --plot {folder}/a.svg",
-    "sweep": "sweep reference --vary mu=0.2,0.3 --until 0.1 --workers 1 --out {folder}/rows",
+    "sweep": "sweep reference --vary mu=0.2,0.3 --until 0.1 --workers 1 --out {folder}/rows.csv",
     "golden build": "golden build upright --workers 1 --folder {folder}",
 }
 

@@ -1,148 +1,183 @@
-"""Sweeps as a whole: on disk, interrupted, resumed, damaged, checked in finer arithmetic."""
+"""Sweeps as a whole: tasks that fail, rows in a finer arithmetic, a cluster."""
 
-from collections.abc import Callable, Iterator
+import json
+import os
+import signal
+from collections.abc import Callable
 from concurrent.futures import Executor, Future
-from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
-import numpy
 import pandas
 import pytest
 
+import tt_precise as tt
 from tt_precise.runtime.values import InputError
-from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
-from tt_precise.sweeps import SweepSpec, read_rows, run_sweep
+from tt_precise.runtime.workers import Pool, dask_pool
+from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import run as running
-from tt_precise.sweeps.run import integrate_tables
-from tt_precise.sweeps.specification import blocks
+from tt_precise.sweeps import single
+from tt_precise.sweeps.columns import FIXED
+from tt_precise.sweeps.starts import Sweep
 
-SPEC = SweepSpec.of("reference", until="0.5", vary={"phi_dot": "-20:20:41"})
-CHUNK = 8  # six chunks
+SCENE = load_scene("reference").varied(until="0.05")
+STARTS = tt.grid({"phi_dot": "-20:20:12"})
 
 
-class Stopping(Executor):
-    """Runs tasks at once, and is interrupted at the ``last``."""
-
-    def __init__(self, last: int):
-        self.left = last
+class Inline(Executor):
+    """Runs tasks at once."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        if not self.left:
-            raise KeyboardInterrupt
-        self.left -= 1
         future: Future[Any] = Future()
         future.set_result(fn(*args))
         return future
 
 
-@pytest.fixture(scope="module")
-def whole() -> pandas.DataFrame:
-    return run_sweep(SPEC, recheck=0).rows
+def test_columns_and_summary() -> None:
+    fractions: list[float] = []
+    rows = tt.sweep(SCENE, STARTS, chunk=5, recheck=0, progress=fractions.append)
+    assert list(rows.columns) == ["index", "phi_dot", *FIXED]
+    assert list(rows["index"]) == [*range(12)]
+    assert rows["phi_dot"].equals(STARTS["phi_dot"])
+    assert fractions == pytest.approx([5 / 12, 10 / 12, 1])
+    summary = rows.attrs["summary"]
+    assert summary["schema"] == "tt_precise.sweep/2"
+    assert summary["rows"] == summary["rows_computed"] == summary["outcomes"]["undecided"] == 12
+    phi_dot = summary["columns"]["phi_dot"]
+    assert phi_dot == {"min": -20, "max": 20, "mean": pytest.approx(0, abs=1e-14), "missing": 0}
+    assert summary["columns"]["t_end_A"] == {"min": None, "max": None, "mean": None, "missing": 12}
+    json.dumps(summary)
+    assert tt.sweep(SCENE, STARTS, chunk=12, recheck=0).equals(rows)
 
 
-def test_an_interrupted_sweep_is_resumed(tmp_path: Path, whole: pandas.DataFrame) -> None:
-    out = tmp_path / "sweep"
-    for _ in range(2):
-        with pytest.raises(KeyboardInterrupt):
-            run_sweep(SPEC, out=out, chunk=CHUNK, pool=Pool(Stopping(3), lambda: 1), recheck=0)
-    written = len(list((out / "chunks").iterdir()))
-    assert 2 <= written < 6
-    done = run_sweep(SPEC, out=out, recheck=0)  # the size of the chunks is known
-    assert done.summary["how"]["chunks_found"] == written
-    assert done.summary["how"]["rows_computed"] == 41 - CHUNK * written
-    pandas.testing.assert_frame_equal(read_rows(out), whole, check_exact=True)
-    again = run_sweep(SPEC, out=out, recheck=0)
-    assert (again.summary["how"]["rows_computed"], again.summary["how"]["damaged"]) == (0, [])
-    pandas.testing.assert_frame_equal(again.rows, whole, check_exact=True)
+def test_long_sweeps_have_more_lanes_and_the_same_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    lanes: list[int] = []
+    right = running.rows_task
 
-
-def test_another_sweep_is_refused(tmp_path: Path) -> None:
-    out, full = tmp_path / "sweep", tmp_path / "full"
-    run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0)
-    full.mkdir()
-    (full / "mine.txt").write_text("mine", "utf-8")
-    other = replace(SPEC, scene=SPEC.scene.varied(until="0.6"))
-    for spec, place, chunk, message in (
-        (other, out, None, "another sweep"),
-        (SPEC, out, CHUNK + 1, "chunk"),
-        (SPEC, full, None, "not empty"),
-    ):
-        with pytest.raises(InputError, match=message):
-            run_sweep(spec, out=place, chunk=chunk, recheck=0)
-
-
-@pytest.mark.parametrize(
-    ("error", "kind"), [(RuntimeError("cosmic ray"), RuntimeError), (MemoryError(), InputError)]
-)
-def test_a_chunk_that_fails_names_its_rows_and_ends_the_sweep(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    whole: pandas.DataFrame,
-    error: Exception,
-    kind: type[Exception],
-) -> None:
-    right = running.chunk_task
-
-    def spoiled(*arguments: Any) -> Any:
-        if -20 + 16 in arguments[2]:
-            raise error
+    def task(*arguments: Any) -> Any:
+        lanes.append(arguments[-1])
         return right(*arguments)
 
-    monkeypatch.setattr(running, "chunk_task", spoiled)
-    out = tmp_path / "sweep"
-    with pytest.raises(kind, match=r"^sweep: rows 16 to 23: .*; run it again to resume$"):
-        run_sweep(SPEC, out=out, chunk=CHUNK, recheck=0)
-    monkeypatch.undo()
-    done = run_sweep(SPEC, out=out, recheck=0)
-    assert done.summary["how"]["chunks_found"] == 2  # those before the one that failed
-    pandas.testing.assert_frame_equal(done.rows, whole, check_exact=True)
-
-
-def test_a_worker_of_another_version_is_refused() -> None:
-    (values,) = (v for _, v in blocks(SPEC, 100))
-    with pytest.raises(InputError, match="worker"):
-        running.chunk_task(SPEC, "0.0.0", values, 8)
-
-
-def test_long_sweeps_have_more_lanes_and_the_same_rows(
-    monkeypatch: pytest.MonkeyPatch, whole: pandas.DataFrame
-) -> None:
+    monkeypatch.setattr(running, "rows_task", task)
     monkeypatch.setattr("heyoka.recommended_simd_size", lambda: 1)
-    for size, many, lanes in ((1, 42, 2), (1, 41, 4), (1, 20, 4), (2, 20, 4), (2, 21, 2)):
+    tables = []
+    for size, many in ((1, 13), (1, 12), (2, 7), (2, 6)):
         monkeypatch.setattr(running, "MANY_ROWS", many)
-        found = run_sweep(SPEC, recheck=0, pool=Pool(Stopping(9), partial(int, size)))
-        assert found.summary["how"]["batch"] == lanes
-        assert found.rows.equals(whole)
-
-
-TWO = SweepSpec.of("reference", until="0.001", vary={"phi_dot": "-20:20:2"})
-TABLES = [("one", numpy.arange(2), numpy.array([[-20.0], [20.0]]))]
+        pool = Pool(Inline(), partial(int, size))
+        tables.append(tt.sweep(SCENE, STARTS, recheck=0, pool=pool))
+    assert lanes == [2, 4, 2, 4]
+    assert all(table.equals(tables[0]) for table in tables)
 
 
 @pytest.mark.parametrize(
     ("error", "kind"),
     [
         (InputError("theta: got 4"), InputError),
-        (WorkerDiedError("by signal 9"), InputError),
         (MemoryError(), InputError),
         (OSError(28, "No space left on device"), InputError),
         (ValueError("a bug"), RuntimeError),
     ],
 )
-def test_a_failure_is_bad_input_or_a_bug(
+def test_a_task_that_fails_names_its_rows(
     monkeypatch: pytest.MonkeyPatch, error: Exception, kind: type[Exception]
 ) -> None:
-    def perform(pool: Pool, work: Any, calls: Iterator[Call]) -> Iterator[tuple[Call, Failure]]:
-        yield next(calls), Failure(error)
+    right = running.rows_task
 
-    monkeypatch.setattr(Pool, "perform", perform)
-    with local_pool(1) as pool, pytest.raises(kind, match=f"^sweep of one: {type(error).__name__}"):
-        integrate_tables(pool, TWO, TABLES)
+    def task(plan: Any, values: Any, *others: Any) -> Any:
+        if values[0, 0] > -10:
+            raise error
+        return right(plan, values, *others)
+
+    monkeypatch.setattr(running, "rows_task", task)
+    with pytest.raises(kind, match=rf"^sweep: rows 4 to 7: {type(error).__name__}.*; repeat the"):
+        tt.sweep(SCENE, STARTS, chunk=4, recheck=0)
 
 
-def test_rows_of_tables_come_in_order() -> None:
-    with local_pool(1) as pool:
-        rows = integrate_tables(pool, TWO, TABLES)
-    assert (rows["phi_dot"].to_list(), *rows["series"]) == ([-20.0, 20.0], "one", "one")
+def kill_the_worker(*arguments: Any) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.evidence
+def test_a_worker_that_dies_ends_the_sweep(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    monkeypatch.setattr(running, "rows_task", kill_the_worker)
+    out = tmp_path / "rows.csv"
+    with pytest.raises(InputError, match=r"repeat the command \(finished rows are stored in"):
+        tt.sweep(SCENE, STARTS, chunk=4, recheck=0, workers=2, out=out)
+
+
+def test_a_worker_of_another_version_is_refused() -> None:
+    with pytest.raises(InputError, match=r"worker: has tt_precise .*, expected 0\.0\.0 as here"):
+        running.rows_task(Sweep(SCENE, ("phi_dot",)), STARTS.to_numpy(), "0.0.0", 8)
+
+
+def test_recheck_is_a_number_of_rows() -> None:
+    with pytest.raises(InputError, match="recheck: got -1"):
+        tt.sweep(SCENE, STARTS, recheck=-1)
+    checks = [tt.sweep(SCENE, STARTS, recheck=n).attrs["summary"]["recheck"] for n in (0, 5)]
+    assert [check["rows"] for check in checks] == [0, 3]
+    assert checks[0] == {"rows": 0, "differences": {}, "contradictions": []}
+    # g_n of size 0.2 N over some steps: some eps of it, which the stiff force enlarges tenfold
+    assert 0 <= checks[1]["differences"]["min_g_n"] < 1e3 * 0.2 * 2.0**-52
+    assert not {"steps", "jellett_drift"} & {*checks[1]["differences"]}
+    assert checks[1]["contradictions"] == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"min_g_n": 0.1}, None),
+        ({"outcome": "inverts"}, {"column": "outcome", "double": "undecided", "finer": "inverts"}),
+        ({"t_init_A": 0.5}, {"column": "t_init_A", "double": None, "finer": 0.5}),
+        ({"t_stop": None}, {"column": "t_stop", "double": 0.05, "finer": None}),
+    ],
+)
+def test_a_finer_arithmetic_contradicts(
+    monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], expected: dict[str, Any] | None
+) -> None:
+    right = single.fine_row_of
+    monkeypatch.setattr(single, "fine_row_of", lambda *given: {**right(*given), **changes})
+    check = tt.sweep(SCENE, STARTS[:1], recheck=1).attrs["summary"]["recheck"]
+    assert check["contradictions"] == ([{"index": 0, **expected}] if expected else [])
+    assert (check["differences"]["min_g_n"] > 1e-3) == ("min_g_n" in changes)
+
+
+def test_a_row_that_fails_in_a_finer_arithmetic_contradicts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*given: object) -> None:
+        raise InputError("it cannot be integrated")
+
+    monkeypatch.setattr(single, "fine_row_of", refuse)
+    (failed,) = tt.sweep(SCENE, STARTS[:1], recheck=1).attrs["summary"]["recheck"]["contradictions"]
+    assert (failed["index"], failed["column"]) == (0, "failed")
+
+
+def test_rows_that_continue_without_contact_are_not_compared() -> None:
+    scene = load_scene("reference").varied(until="0.7")
+    rows = tt.sweep(scene, tt.grid({"mu": "0.3,3"}), contact="bilateral", recheck=1)
+    assert [force > 0 for force in rows["min_g_n"]] == [True, False]
+    assert rows.attrs["summary"]["recheck"]["rows"] == 1
+
+
+@pytest.mark.slow
+def test_a_killed_cluster_worker_loses_and_doubles_nothing(tmp_path: Any) -> None:
+    """A real scheduler and two worker processes over loopback TCP; one is killed in the middle."""
+    distributed = pytest.importorskip("distributed", reason="needs the extra dask")
+    scene = load_scene("reference")
+    starts = tt.grid(None, {"phi_dot": "-1:1", "theta_dot": "-0.1:0.1"}, samples=2000, seed=1)
+    killed: list[int] = []
+
+    def progress(share: float) -> None:
+        if not killed and share > 1 / 4:
+            killed.append(cluster.workers[0].pid)
+            os.kill(killed[0], signal.SIGKILL)
+
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
+    ) as cluster, dask_pool(cluster.scheduler_address) as pool:  # fmt: skip
+        out = tmp_path / "rows"
+        rows = tt.sweep(scene, starts, pool=pool, chunk=50, out=out, recheck=0, progress=progress)
+    assert killed
+    pandas.testing.assert_frame_equal(
+        rows, tt.sweep(scene, starts, recheck=0, chunk=500), check_exact=True
+    )

@@ -1,12 +1,13 @@
 """Polynomials through values at nodes: what they leave out; zeros of polynomials."""
 
+import math
+
 import numpy
 import pytest
 
 from tt_precise.taylor.interpolation import (
     MOST_BISECTIONS,
     MOST_PRODUCTS,
-    bernstein_of,
     isolated,
     nodes,
     through,
@@ -60,6 +61,14 @@ def test_many_polynomials_are_those_of_each() -> None:
         alone = through(table[1, :, [k]].T, SMOOTH)
         assert polynomials.bernstein[1, :, k] == pytest.approx(alone.bernstein[:, 0], abs=1e-13)
         assert polynomials.tail[1, k] == pytest.approx(alone.tail[0], rel=1e-13)
+
+
+def bernstein_of(table: Array) -> Array:
+    """Return the coefficients in Bernstein's basis, from those of 1, x, x^2 ..."""
+    last, numbers = table.shape[1] - 1, range(table.shape[1])
+    shares = [[math.comb(i, j) / math.comb(last, j) for i in numbers] for j in numbers]
+    bernstein: Array = table @ numpy.array(shares)
+    return bernstein
 
 
 def zeros_of(table: Array, first: Array | None = None) -> list[tuple[int, float, int]]:

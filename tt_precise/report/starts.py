@@ -22,10 +22,10 @@ from tt_precise.report.style import Numbers, figure
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.plotting import SYMBOLS
 from tt_precise.runtime.values import Array, Json
+from tt_precise.runtime.workers import local_pool
 from tt_precise.scene.scene import Scene, load_scene
 from tt_precise.sweeps.picture import draw_map
-from tt_precise.sweeps.run import integrate_tables, lambda_of_start, sweep_pool
-from tt_precise.sweeps.specification import SweepSpec
+from tt_precise.sweeps.run import sweep
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,15 +122,15 @@ def map_rows(name: str) -> pandas.DataFrame:
 def compute() -> pandas.DataFrame:
     """Integrate the maps."""
     tables = []
-    with sweep_pool() as pool:
+    with local_pool() as pool:
         for name, (x, y) in MAPS.items():
             along, up = (values.ravel() for values in numpy.meshgrid(x.values(), y.values()))
             spins = _spins(along, up) if y.name == "lambda_ratio" else up
-            spec = SweepSpec(_scene(), names=(x.name, "omega_3"), record=RECORD)
-            starts = numpy.column_stack([along, spins])
-            table = integrate_tables(pool, spec, [(name, numpy.arange(len(starts)), starts)])
+            starts = pandas.DataFrame({x.name: along, "omega_3": spins})
+            table = sweep(_scene(), starts, record=RECORD, pool=pool, recheck=0)
+            table.insert(0, "series", name)
             # the requested value: the one computed back from omega_3 has some eps of error
-            tables.append(table.assign(**{y.name: up}))
+            tables.append(table.assign(contact="unilateral", **{y.name: up}))
     return pandas.concat(tables, ignore_index=True)
 
 
@@ -151,7 +151,7 @@ def _spins(thetas: Array, ratios: Array) -> Array:
     scene = _scene()
     threshold = lambda_thres(scene.body.dimensionless(math, float), math)
     # lambda_of_start is that of omega_3 = 1 rad/s, dimensionless like the threshold
-    each = {theta: lambda_of_start(scene, theta) for theta in set(thetas.tolist())}
+    each = {theta: sweeps.lambda_of_start(scene, theta) for theta in set(thetas.tolist())}
     return ratios * threshold / numpy.array([each[theta] for theta in thetas.tolist()])
 
 

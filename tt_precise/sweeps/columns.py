@@ -1,25 +1,30 @@
-"""The columns of a sweep, with their meanings and the events on which they depend.
+"""The columns of a sweep.
 
-Every row has ``FIXED``. Extra columns are requested by name: ``climb_A``, ``climb_B``,
-``climb_C`` (climbing time t_end - t_init), ``t_equator`` (theta first rises through pi/2),
-``lambda_ratio`` (lambda/lambda_thres), ``nu_crossing_init`` and ``nu_crossing_end`` (nu_y crosses
-nu_x around the climb), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema
-come from the Taylor polynomials of the steps and both ends, never from samples.
+Every row has ``FIXED``: the outcome, which is a statement about the state at the end
+(``OUTCOMES``); ``t_init_A`` to ``t_end_C``, initiation and ending time of the climb in three
+definitions (s); ``min_g_n``, the smallest normal force (N); ``jellett_drift``, the largest relative
+change of lambda, at the end and at turning points of theta; ``steps``, the number of Taylor steps;
+``t_stop``, where the motion ends (s).
 
-The outcome is a statement about the state at the end (``OUTCOMES``).
+Extra columns are requested by name: ``climb_A``, ``climb_B``, ``climb_C`` (climbing time t_end -
+t_init), ``t_equator`` (theta first rises through pi/2), ``lambda_ratio`` (lambda/lambda_thres),
+``nu_crossing_init`` (nu_y last rises through nu_x before t_equator), ``nu_crossing_end`` (nu_y
+first falls through nu_x after it), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity
+Q. Extrema come from the Taylor polynomials of the steps and both ends, never from samples.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy
 
-from tt_precise.integration.events import EXTREMUM, Event, axis_fall, event_named
+from tt_precise.integration.events import EXTREMUM, event_named
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.thresholds import energy_excludes
-from tt_precise.runtime.values import Array, InputError, wrong_name
+from tt_precise.runtime.values import Array, InputError, Scalar
 
 OUTCOMES = {
     "inverts": "equator passed, and below it at the end",
@@ -33,23 +38,11 @@ OUTCOMES = {
 SURE = 2.0**-40  # Part of the energy that exceeds its rounding errors by far.
 DEFINITIONS = ("A", "B", "C")
 TIMES = tuple(f"{when}_{which}" for when in ("t_init", "t_end") for which in DEFINITIONS)
-FIXED = {
-    "outcome": ", ".join(OUTCOMES),
-    **dict.fromkeys(TIMES, "initiation or ending time of the climb in one definition, s"),
-    "min_g_n": "smallest normal force from the start to t_stop, N",
-    "jellett_drift": "largest relative change of lambda: at t_stop, at minima of theta before the "
-    "climb, at maxima after it",
-    "steps": "Taylor steps",
-    "t_stop": "where the trajectory ends, s",
-}
-DERIVED = {
-    **{f"climb_{which}": f"climbing time in definition {which}, s" for which in DEFINITIONS},
-    "t_equator": "when theta first rises through pi/2, s",
-    "lambda_ratio": "lambda/lambda_thres",
-    "nu_crossing_init": "when nu_y last rises through nu_x before t_equator, s",
-    "nu_crossing_end": "when nu_y first falls through nu_x after t_equator, s",
-}
+FIXED = ("outcome", *TIMES, "min_g_n", "jellett_drift", "steps", "t_stop")
+CROSSINGS = ("nu_crossing_init", "nu_crossing_end")
+DERIVED = (*(f"climb_{which}" for which in DEFINITIONS), "t_equator", "lambda_ratio", *CROSSINGS)
 STATISTICS = ("min", "max", "start", "end")
+CLIMB_EVENTS = ("equator", "theta_min", "phi_dot_zero", "Lk_equals_Lz", "Lk_equals_minus_Lz")
 
 
 @dataclass(frozen=True)
@@ -63,27 +56,6 @@ class Statistic:
     def extreme(self) -> bool:
         """True for a least or largest value, which needs events."""
         return self.kind in ("min", "max")
-
-
-@dataclass(frozen=True)
-class Detector:
-    """An event function whose zeros are searched.
-
-    ``before`` is the direction of the wanted zeros before the climb (+1 rising, -1 falling, 0 both,
-    None: no zeros), ``after`` the same after the climb: the zeros next to the climb, or all zeros
-    if ``turning``. The first detector is that of the climb. ``every`` requests all zeros
-    everywhere.
-    """
-
-    event: Event
-    before: int | None = None
-    after: int | None = None
-    every: bool = False
-
-    @property
-    def turning(self) -> bool:
-        """True for turning points of theta, whose states are needed too."""
-        return self.event.function is axis_fall
 
 
 SMALLEST_FORCE = Statistic("min", "g_n")  # every row has it, computed from the series of the steps
@@ -104,12 +76,15 @@ def check_names(record: tuple[str, ...], model: str) -> None:
         if name in FIXED or record.count(name) > 1:
             raise InputError(f"record: got {name} twice or as a default column, expected it once")
         if name not in DERIVED and statistic_named(name) is None:
-            also = ", or min_, max_, start_, end_ and a quantity, such as max_nu_y"
-            statistics = (f"{kind}_{name}" for kind in STATISTICS for name in QUANTITIES)
-            raise wrong_name("record", name, DERIVED, also, further=statistics)
-    detectors(record, model)
-    for statistic in extremes(record):
-        event_named(extremum(statistic.quantity), model)
+            raise InputError(
+                f"record: got {name!r}, expected {', '.join(DERIVED)}, or min_, max_, start_, end_ "
+                "and a quantity, such as max_nu_y"
+            )
+    for name in (
+        *event_names(record),
+        *(f"{EXTREMUM}{each.quantity}" for each in extremes(record)),
+    ):
+        event_named(name, model)
 
 
 def statistics(record: tuple[str, ...]) -> tuple[Statistic, ...]:
@@ -118,34 +93,26 @@ def statistics(record: tuple[str, ...]) -> tuple[Statistic, ...]:
     return (SMALLEST_FORCE, *(statistic for statistic in named if statistic))
 
 
-def extremum(quantity: str) -> str:
-    """The event at the extrema of a quantity."""
-    return f"{EXTREMUM}{quantity}"
-
-
-def turning_events(quantity: str) -> tuple[str, ...]:
-    """The events that include the extrema of a quantity."""
-    return ("theta_min", "theta_max") if quantity == "theta" else (extremum(quantity),)
-
-
-def detectors(record: tuple[str, ...], model: str) -> tuple[Detector, ...]:
-    """The event functions to search; theta's extrema are its turning points."""
-    every = any(one.extreme and one.quantity == "theta" for one in statistics(record))
-    # minima of theta before the climb, maxima after it
-    wanted = [("equator", None, None), ("theta_min", -1, 1), ("phi_dot_zero", 0, 0)]
-    wanted += [("Lk_equals_Lz", 0, None), ("Lk_equals_minus_Lz", None, 0)]
-    if {"nu_crossing_init", "nu_crossing_end"} & set(record):
-        wanted.append(("nu_crossing", 1, -1))
-    return tuple(
-        Detector(event_named(name, model), before, after, every and name == "theta_min")
-        for name, before, after in wanted
-    )
+def event_names(record: tuple[str, ...]) -> tuple[str, ...]:
+    """The events on which the columns depend; turning points of theta are in ``theta_min``."""
+    return (*CLIMB_EVENTS, *(("nu_crossing",) if {*CROSSINGS} & {*record} else ()))
 
 
 def extremes(record: tuple[str, ...]) -> tuple[Statistic, ...]:
-    """The extreme values to search in the steps, the smallest g_n first."""
-    wanted = (one for one in statistics(record) if one.extreme and one.quantity != "theta")
+    """The requested extreme values, but for those of theta, which are at its turning points."""
+    wanted = (each for each in statistics(record)[1:] if each.extreme and each.quantity != "theta")
     return tuple(dict.fromkeys(wanted))
+
+
+def neighbours(crossings: Iterable[tuple[Scalar, bool]], climb: Scalar) -> tuple[Scalar, Scalar]:
+    """Return the last rising crossing before the climb, and the first falling one after it.
+
+    ``crossings`` are times, in order, and whether the function rises there.
+    """
+    marks = [] if climb is None else [*crossings]
+    before = [t for t, rising in marks if rising and t < climb]
+    after = [t for t, rising in marks if not rising and t > climb]
+    return before[-1] if before else None, after[0] if after else None
 
 
 def outcomes(

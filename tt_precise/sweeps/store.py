@@ -1,340 +1,215 @@
-"""The rows of a sweep: in memory, or as Parquet chunks in a folder or at a URL of fsspec.
+"""Places where the rows of a sweep are kept, chunk by chunk: memory, a CSV file, Parquet files.
 
-``sweep.json`` has the specification, ``chunks/*.parquet`` the rows; ``summary.json`` is written at
-the end. The metadata of a chunk's schema have the fingerprint of the sweep, the number and the
-columns of the chunk; the pages have checksums. A chunk gets its name when complete, and is used
-only if metadata and checksums agree. Otherwise the chunk is computed again, so that a sweep can be
-killed at any moment. A URL may be a shared folder (``file:///shared/sweep``) or an object store
-(``s3://bucket/sweep``, with the package s3fs).
+A manifest, ``OUT.json`` beside a CSV file or ``sweep.json`` in a folder, has everything on which
+the rows depend. A sweep that was interrupted at any moment resumes with the missing chunks.
 """
 
 from __future__ import annotations
 
-import csv
 import io
 import json
-import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy
-
-from tt_precise._version import __version__
-from tt_precise.mechanics.laws import VISCOUS
-from tt_precise.runtime import records
-from tt_precise.runtime.files import locked
-from tt_precise.runtime.values import Array, InputError, Json
-from tt_precise.sweeps.alone import in_lanes
-from tt_precise.sweeps.specification import SweepSpec
+from tt_precise.runtime.files import atomic_write, replacing
+from tt_precise.runtime.values import InputError, Json
 
 if TYPE_CHECKING:
     import pandas
 
-SCHEMA = "tt_precise.sweep_store/4"
-MANIFEST, SUMMARY = "sweep.json", "summary.json"
-OURS = b"tt_precise"  # the key of what a chunk's metadata state
-# pyarrow's errors about files that are not Parquet
-UNREADABLE = (OSError, ValueError, KeyError, TypeError, NotImplementedError, MemoryError)
+MANIFEST = "sweep.json"
+KINDS = {"index": "int64", "steps": "int64", "outcome": "str"}  # Columns that are no doubles.
 EXPECTED = "expected the folder, URL or file of a sweep"
 
 
-class Store:
-    """The chunks of a sweep, in memory without ``out``.
+class MemoryStore:
+    """Chunks of rows in memory; ``finished`` are the numbers of those that need no computation."""
 
-    Opening an interrupted sweep resumes it: ``known`` has the numbers of its chunks.
-
-    Raises ``InputError``: it holds another sweep, cannot be used, or the extra ``parquet`` is not
-    installed.
-    """
-
-    def __init__(self, spec: SweepSpec, out: str | Path | None, size: int | None):
-        self.spec, self.size = spec, size or default_chunk(spec.rows, in_lanes(spec.scene))
-        self.out = None if out is None else str(out)
-        self.known: set[int] = set()
-        self.damaged: list[str] = []
+    def __init__(self, chunk: int):
+        self.chunk, self.finished = chunk, set[int]()
         self._frames: dict[int, pandas.DataFrame] = {}
-        self._asked = size
 
-    @property
-    def rows(self) -> int:
-        """Rows of the known chunks."""
-        return sum(map(self.rows_of, self.known))
+    def keep(self, number: int, rows: pandas.DataFrame) -> None:
+        """Keep the rows of a chunk."""
+        self._frames[number] = rows
 
-    def rows_of(self, number: int) -> int:
-        """Rows of a chunk."""
-        return min(self.size, self.spec.rows - number * self.size)
+    def rows(self) -> pandas.DataFrame:
+        """Return all rows; called when every chunk is kept."""
+        import pandas
 
-    @contextmanager
-    def opened(self) -> Iterator[None]:
-        """Read the existing chunks; a folder is locked meanwhile."""
-        if self.out is None:
-            yield
-            return
-        parquet()
-        with nullcontext() if "://" in self.out else locked(Path(self.out), "sweep"):
-            self.size = self._manifest()["chunk"]
-            there = names(self.out, "chunks")
-            for number in range(-(-self.spec.rows // self.size)):
-                if name_of(number) not in there:
-                    continue
-                try:
-                    self._frame(number)
-                    self.known.add(number)
-                except InputError:
-                    self.damaged.append(f"chunks/{name_of(number)}")
-            yield
-
-    def keep(self, number: int, frame: pandas.DataFrame) -> None:
-        """Take the rows of a chunk."""
-        if self.out is None:
-            self._frames[number] = frame
-        else:
-            write_chunk(self.out, self.spec.fingerprint, number, frame)
-        self.known.add(number)
-
-    def frames(self) -> Iterator[pandas.DataFrame]:
-        """The rows, in order, a chunk at a time."""
-        for number in sorted(self.known):
-            yield self._frames[number] if self.out is None else self._frame(number)
-
-    def finish(self, summary: Mapping[str, Json]) -> None:
-        """Write the summary."""
-        if self.out is not None:
-            write(self.out, SUMMARY, (json.dumps(summary, indent=2) + "\n").encode())
-
-    def _frame(self, number: int) -> pandas.DataFrame:
-        assert self.out is not None
-        frame = read_chunk(self.out, self.spec.fingerprint, number)
-        if len(frame) != self.rows_of(number):
-            raise InputError(f"{self.out}: {name_of(number)} has {len(frame)} rows; run it again")
-        return frame
-
-    def _manifest(self) -> dict[str, Json]:
-        assert self.out is not None
-        wanted = {
-            "schema": SCHEMA,
-            "fingerprint": self.spec.fingerprint,
-            "tt_precise": __version__,
-            "rows": self.spec.rows,
-        }
-        content = content_of(self.out, MANIFEST)
-        if content is None:
-            if names(self.out):
-                raise InputError(f"{self.out}: not empty, expected a new folder or that of a sweep")
-            new = {**wanted, "chunk": self.size, "specification": self.spec.description()}
-            write(self.out, MANIFEST, (json.dumps(new, indent=2) + "\n").encode())
-            return new
-        manifest = _parsed(content)
-        if manifest is None or not isinstance(manifest.get("chunk"), int):
-            raise InputError(f"{self.out}: {MANIFEST} is damaged; use another folder")
-        for key, value in wanted.items():
-            if manifest.get(key) != value:
-                raise InputError(
-                    f"{self.out}: has another sweep ({key} {str(manifest.get(key))[:80]}, not "
-                    f"{value}); expected the same specification and version, or another folder"
-                )
-        if manifest["chunk"] < 1 or self._asked not in (None, manifest["chunk"]):
-            raise InputError(
-                f"chunk: got {self._asked}, expected {manifest['chunk']} as in the files of "
-                f"{self.out}"
-            )
-        return manifest
+        return pandas.concat([self._frames[n] for n in sorted(self._frames)], ignore_index=True)
 
 
-def default_chunk(rows: int, lanes: bool = True) -> int:
-    """Rows in a task: hundreds, so that a lane idles little at its end; thousands in long sweeps.
+class CsvFile(MemoryStore):
+    """One CSV file; until it is complete, finished chunks stand in ``OUT.part``.
 
-    A worker's trajectories of one task take seconds, a folder stays below some ten thousand files.
-    Without lanes each row is a run, which takes up to a second.
+    A chunk with a line that was cut short is computed again.
+
+    Raises ``InputError``: the part is of another sweep, or a file cannot be written.
     """
-    if not lanes:
-        return min(256, max(4, -(-rows // 2000)))
-    return min(16384, max(256, 256 * -(-rows // (2000 * 256))))
+
+    def __init__(self, out: str, manifest: Mapping[str, Json], chunk: int):
+        self._out, self._part = Path(out), Path(f"{out}.part")
+        if self._part.exists():
+            chunk = _chunk_of(_beside(out), manifest, str(self._part))
+        super().__init__(chunk)
+        if self._part.exists():
+            self._load(int(manifest["rows"]))
+        self.finished = {*self._frames}
+        atomic_write(f"{out}.json", _text(manifest, chunk))
+        atomic_write(self._part, "")
+        for rows in self._frames.values():
+            self._append(rows)
+
+    def _load(self, count: int) -> None:
+        """Read the chunks of which every line is complete."""
+        import pandas
+
+        text = self._part.read_text(encoding="utf-8")
+        if whole := text[: text.rfind("\n") + 1]:
+            # through texts, because the parser of pandas 2 rounds numbers wrongly
+            table = pandas.read_csv(io.StringIO(whole), dtype=str)
+            table = table.astype({name: KINDS.get(str(name), "float64") for name in table})
+            for number, rows in table.groupby(table["index"] // self.chunk):
+                if len(rows) == min(self.chunk, count - number * self.chunk):
+                    self._frames[number] = rows
+
+    def keep(self, number: int, rows: pandas.DataFrame) -> None:
+        """Append the rows of a chunk to the part."""
+        super().keep(number, rows)
+        self._append(rows)
+
+    def rows(self) -> pandas.DataFrame:
+        """Write the file, and return all rows."""
+        rows = super().rows()
+        with replacing(self._out) as temporary:
+            rows.to_csv(temporary, index=False)
+        self._part.unlink()
+        return rows
+
+    def _append(self, rows: pandas.DataFrame) -> None:
+        with self._part.open("a", encoding="utf-8") as file:
+            rows.to_csv(file, index=False, header=not file.tell())
+
+
+class Folder(MemoryStore):
+    """A folder or URL of fsspec with a Parquet file for each chunk, and a manifest.
+
+    Raises ``InputError``: the folder has another sweep, or the extra ``parquet`` is not installed.
+    """
+
+    def __init__(self, out: str, manifest: Mapping[str, Json], chunk: int):
+        self._files, self._root = _file_system(out)
+        earlier = _in_folder(self._files, self._root)
+        if earlier:
+            chunk = _chunk_of(earlier, manifest, out)
+        elif self._files.exists(self._root) and self._files.ls(self._root):
+            raise InputError(f"{out}: not empty, expected a new folder or that of a sweep")
+        super().__init__(chunk)
+        self.finished = {int(Path(path).stem[5:]) for path in _chunks(self._files, self._root)}
+        self._write(MANIFEST, _text(manifest, chunk).encode())
+
+    def keep(self, number: int, rows: pandas.DataFrame) -> None:
+        """Write the rows of a chunk."""
+        self._write(f"rows-{number:08}.parquet", rows.to_parquet(None, index=False))
+
+    def rows(self) -> pandas.DataFrame:
+        """Return all rows."""
+        return _read_folder(self._files, self._root)
+
+    def _write(self, name: str, content: bytes) -> None:
+        self._files.makedirs(self._root, exist_ok=True)
+        # an object of a URL appears when it is complete, as a file that is renamed does
+        write = atomic_write if "file" in self._files.protocol else self._files.pipe_file
+        write(f"{self._root}/{name}", content)
+
+
+def store_at(out: str | None, manifest: Mapping[str, Json], chunk: int) -> MemoryStore:
+    """Return the store of a sweep: memory, a CSV file, or a folder."""
+    if out is None:
+        return MemoryStore(chunk)
+    return (CsvFile if out.endswith(".csv") else Folder)(out, manifest, chunk)
 
 
 def read_rows(path: str | Path) -> pandas.DataFrame:
-    """The rows of a sweep as written.
+    """Return the rows in a CSV file, or in the folder or URL of a sweep.
 
-    ``path`` is the folder or URL of ``out``, one of its chunks, or a CSV file, of which nothing is
-    known. Rows of a folder have the name of the friction law in ``attrs["law"]``.
+    With a manifest, ``attrs["law"]`` is the name of the friction law.
 
-    Raises ``InputError``: there are no rows, they cannot be read, or they have changed since they
-    were written.
+    Raises ``InputError``: there are no rows, or some are missing.
     """
     import pandas
 
-    out, file = str(path), Path(path)
-    if "://" in out or file.is_dir():
-        manifest = _parsed(content_of(out, MANIFEST)) or {}
-        if not {"fingerprint", "rows", "chunk"} <= manifest.keys():
-            raise InputError(f"{out}: no rows there, {EXPECTED}")
-        chunks = range(-(-manifest["rows"] // manifest["chunk"]))
-        frames = [read_chunk(out, manifest["fingerprint"], number) for number in chunks]
-        rows = pandas.concat(frames, ignore_index=True)
-        rows.attrs["law"] = manifest.get("specification", {}).get("friction", VISCOUS.name)
-        return rows
-    if not file.is_file():
-        raise InputError(f"{out}: no rows there, {EXPECTED}")
-    if file.suffix != ".csv":
-        return _unpacked(file.read_bytes(), None, None, out)
+    out = str(path)
     try:
-        with file.open(newline="", encoding="utf-8") as text:
-            table = csv.reader(text)
-            width = len(next(table, ()))
-            for row in table:  # pandas would fill them up, or take cells for an index
-                if len(row) != width:
-                    raise ValueError(f"line {table.line_num} has {len(row)} cells, not {width}")
-        return pandas.read_csv(file)
-    except (OSError, ValueError, csv.Error) as error:
-        reason = str(error).partition("\n")[0]
-        raise InputError(f"{out}: {reason[:200]}; {EXPECTED}") from None
+        if not out.endswith(".csv"):
+            return _read_folder(*_file_system(out))
+        with warnings.catch_warnings(action="error"):  # of lines with too many cells
+            rows = pandas.read_csv(out, index_col=False)
+    except FileNotFoundError:
+        raise InputError(f"{out}: no rows there, {EXPECTED}") from None
+    except (OSError, ValueError, Warning) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{out}: {str(error).splitlines()[0][:200]}; {EXPECTED}") from None
+    rows.attrs["law"] = _beside(out).get("law", "")
+    return rows
 
 
-# ---- chunks ----------------------------------------------------------------------------------
-
-
-def frame_of(
-    names: tuple[str, ...], first: int, values: Array, results: Mapping[str, Array]
-) -> pandas.DataFrame:
-    """The rows from index ``first`` on: index, varied values, results."""
+def _read_folder(files: Any, root: str) -> pandas.DataFrame:
     import pandas
 
-    index = numpy.arange(first, first + len(values), dtype=numpy.int64)
-    columns: dict[str, Array] = {"index": index}
-    columns |= {name: values[:, position] for position, name in enumerate(names)}
-    return pandas.DataFrame(columns | dict(results))
+    manifest = _in_folder(files, root)
+    if not manifest:
+        raise InputError(f"{root}: no rows there, {EXPECTED}")
+    frames = [pandas.read_parquet(files.open(path)) for path in _chunks(files, root)]
+    if (count := sum(map(len, frames))) != manifest["rows"]:
+        raise InputError(f"{root}: has {count} of {manifest['rows']} rows; run the sweep again")
+    rows = pandas.concat(frames, ignore_index=True)
+    rows.attrs["law"] = manifest["law"]
+    return rows
 
 
-def name_of(number: int) -> str:
-    """The file of a chunk."""
-    return f"{number:08}.parquet"
+def _text(manifest: Mapping[str, Json], chunk: int) -> str:
+    return json.dumps({**manifest, "chunk": chunk}, indent=2) + "\n"
 
 
-def write_chunk(out: str, fingerprint: str, number: int, frame: pandas.DataFrame) -> None:
-    """Write the rows of a chunk."""
-    import pyarrow
-
-    states = {"fingerprint": fingerprint, "chunk": number, "columns": list(frame.columns)}
-    table = pyarrow.Table.from_pandas(frame, preserve_index=False)
-    metadata = {**table.schema.metadata, OURS: json.dumps(states).encode()}
-    sink = pyarrow.BufferOutputStream()
-    table = table.replace_schema_metadata(metadata)
-    parquet().write_table(table, sink, compression="zstd", write_page_checksum=True)
-    write(out, f"chunks/{name_of(number)}", sink.getvalue().to_pybytes())
+def _chunk_of(earlier: Mapping[str, Json], manifest: Mapping[str, Json], where: str) -> int:
+    """Return the rows of a chunk of an interrupted sweep, which must be the same sweep."""
+    if any(earlier.get(key) != value for key, value in manifest.items()):
+        raise InputError(f"{where}: has another sweep, expected it removed, or another --out")
+    return int(earlier["chunk"])
 
 
-def read_chunk(out: str, fingerprint: str, number: int) -> pandas.DataFrame:
-    """The rows of a chunk.
-
-    Raises ``InputError``: they are missing, or have changed since they were written.
-    """
-    content = content_of(out, f"chunks/{name_of(number)}")
-    if content is None:
-        raise InputError(f"{out}: rows are missing, expected a finished sweep; run it again")
-    return _unpacked(content, fingerprint, number, f"{out}: chunks/{name_of(number)}")
+def _beside(out: str) -> dict[str, Json]:
+    """Return the manifest of a CSV file, empty without one."""
+    file = Path(f"{out}.json")
+    return dict(json.loads(file.read_bytes())) if file.is_file() else {}
 
 
-def _unpacked(
-    content: bytes, fingerprint: str | None, number: int | None, what: str
-) -> pandas.DataFrame:
-    try:
-        table = parquet().read_table(io.BytesIO(content), page_checksum_verification=True)
-        states = json.loads(table.schema.metadata[OURS])
-        frame: pandas.DataFrame = table.to_pandas()
-        as_written = states["columns"] == list(frame.columns)  # pages have checksums, names do not
-        as_written &= fingerprint in (None, states["fingerprint"])
-        as_written &= number in (None, states["chunk"])
-    except UNREADABLE:
-        as_written = False
-    if not as_written:
-        raise InputError(f"{what} has changed since the sweep wrote it; run it again")
-    return frame
+def _in_folder(files: Any, root: str) -> dict[str, Json]:
+    """Return the manifest of a folder, empty without one."""
+    path = f"{root}/{MANIFEST}"
+    return dict(json.loads(files.cat_file(path))) if files.isfile(path) else {}
 
 
-def has_parquet() -> bool:
-    """True if the extra ``parquet`` is installed."""
-    try:
-        parquet()
-    except InputError:
-        return False
-    return True
-
-
-def parquet() -> Any:
-    """The module ``pyarrow.parquet``.
-
-    Raises ``InputError``: it is not installed.
-    """
-    try:
-        import fsspec  # noqa: F401
-        import pyarrow.parquet
-    except ImportError:
-        raise InputError(
-            "parquet: not installed, expected pip install 'tt-precise[parquet]'"
-        ) from None
-    return pyarrow.parquet
-
-
-# ---- files -----------------------------------------------------------------------------------
-
-
-def content_of(out: str, name: str) -> bytes | None:
-    """The content of a file below a folder or URL; None without this file."""
-    files, root = _file_system(out)
-    try:
-        return bytes(files.cat_file(f"{root}/{name}"))
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-
-
-def write(out: str, name: str, content: bytes) -> None:
-    """Write a file below a folder or URL; the file gets its name when complete."""
-    files, root = _file_system(out)
-    target = f"{root}/{name}"
-    files.makedirs(target.rpartition("/")[0], exist_ok=True)
-    if "file" not in files.protocol:  # an object is there when it is complete
-        files.pipe_file(target, content)
-        return
-    temporary = f"{target}.{os.getpid()}"
-    try:
-        files.pipe_file(temporary, content)
-        os.replace(temporary, target)
-    except OSError as error:
-        Path(temporary).unlink(missing_ok=True)
-        raise InputError(
-            f"{target}: {error.strerror}, expected free space and permission to write"
-        ) from None
-
-
-def names(out: str, folder: str = "") -> set[str]:
-    """The files and folders directly in a folder below a folder or URL."""
-    files, root = _file_system(out)
-    files.invalidate_cache()
-    try:
-        paths = files.ls(f"{root}/{folder}".rstrip("/"), detail=False)
-    except (FileNotFoundError, NotADirectoryError):
-        return set()
-    return {path.rpartition("/")[2] for path in paths} - {""}
+def _chunks(files: Any, root: str) -> list[str]:
+    return sorted(files.glob(f"{root}/rows-*.parquet"))
 
 
 def _file_system(out: str) -> tuple[Any, str]:
-    """A file system of fsspec, and the path on it."""
-    import fsspec
-
+    """Return a file system of fsspec, and the path on it."""
     try:
-        if "://" not in out:
-            return fsspec.filesystem("file"), os.path.abspath(out)
+        import fsspec
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        raise InputError(
+            "parquet: not installed, expected pip install 'tt-precise[parquet]', or --out rows.csv"
+        ) from None
+    try:
         files, root = fsspec.core.url_to_fs(out)
-    except (ImportError, ValueError, OSError) as error:  # s3fs is missing, for example
-        raise InputError(f"{out}: {error}; expected a URL that fsspec supports") from None
-    return files, root.rstrip("/")
-
-
-def _parsed(content: bytes | None) -> dict[str, Json] | None:
-    try:
-        parsed = records.parse(content or b"")
-    except ValueError:
-        return None
-    return parsed if isinstance(parsed, dict) else None
+    except (ImportError, ValueError) as error:  # s3fs is missing, for example
+        raise InputError(f"{out}: {error}; expected a folder or a URL of fsspec") from None
+    return files, str(root).rstrip("/")

@@ -190,26 +190,6 @@ def isolated(bernstein: Array, halvings: int) -> tuple[Array, Array, Array, Arra
     return which[order], low[order], high[order], rising[order]
 
 
-def bernstein_of(polynomials: Array) -> Array:
-    """Bernstein's coefficients on [0, 1] of polynomials, rows of coefficients of 1, x, x^2 ...
-
-    Unlike a matrix product, sums of whole columns round a row whatever the others are.
-    """
-    bernstein = numpy.zeros(polynomials.shape)
-    for column, row in zip(polynomials.T, _to_bernstein(polynomials.shape[1]), strict=True):
-        bernstein += column[:, None] * row
-    return bernstein
-
-
-@cache
-def _to_bernstein(terms: int) -> Array:
-    """Row j has C(i, j)/C(terms - 1, j), the share of x^j in the i-th coefficient."""
-    last = terms - 1
-    return numpy.array(
-        [[math.comb(i, j) / math.comb(last, j) for i in range(terms)] for j in range(terms)]
-    )
-
-
 def halves(bernstein: Array) -> tuple[Array, Array]:
     """Bernstein's coefficients between 0 and 1/2, and between 1/2 and 1; de Casteljau."""
     lower, upper, row = numpy.empty_like(bernstein), numpy.empty_like(bernstein), bernstein

@@ -15,7 +15,7 @@ from typing import Any, Self
 
 import numpy
 
-from tt_precise.runtime.values import Array, Functions, Ring, Scalar
+from tt_precise.runtime.values import Functions, Ring, Scalar
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
@@ -91,47 +91,6 @@ class TaylorSeries(Ring):
 
     def __rtruediv__(self, other: Scalar) -> TaylorSeries:
         return self.new(lambda c, k: (-_dot(c, self.upto(k)[k:0:-1]) if k else other) / self[0])
-
-
-class Truncated(TaylorSeries):
-    """A series cut off behind its last coefficient, of arrays: ``c`` has shape (terms, rows).
-
-    Sums and products are those of whole arrays: a polynomial of few rows takes a quarter of the
-    time.
-    """
-
-    __slots__ = ()
-
-    def __init__(self, c: Array):
-        self.c = c
-
-    @property
-    def rate(self) -> Array:
-        """The coefficients of the derivative, one fewer."""
-        slopes: Array = self.c[1:] * numpy.arange(1, len(self.c))[:, None]
-        return slopes
-
-    def __add__(self, other: Scalar) -> TaylorSeries:
-        if isinstance(other, Truncated):
-            return Truncated(self.c + other.c)
-        if isinstance(other, TaylorSeries):
-            return super().__add__(other)
-        c = self.c.copy()
-        c[0] += other
-        return Truncated(c)
-
-    def __neg__(self) -> TaylorSeries:
-        return Truncated(-self.c)
-
-    def __mul__(self, other: Scalar) -> TaylorSeries:
-        if isinstance(other, Truncated):
-            product = self.c[0] * other.c
-            for k in range(1, len(product)):
-                product[k:] += self.c[k] * other.c[:-k]
-            return Truncated(product)
-        return (
-            super().__mul__(other) if isinstance(other, TaylorSeries) else Truncated(self.c * other)
-        )
 
 
 def _of_series(function: Callable[..., Scalar]) -> Callable[..., Scalar]:

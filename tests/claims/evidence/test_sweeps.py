@@ -8,8 +8,8 @@ import pytest
 
 from tt_precise.claims.evidence import sweeps
 from tt_precise.runtime.cache import fingerprint, unpacked
-from tt_precise.sweeps.chunk import compute
-from tt_precise.sweeps.specification import STARTS, SweepSpec
+from tt_precise.sweeps.run import sweep
+from tt_precise.sweeps.starts import STARTS
 
 FILE = Path(__file__).parents[3] / "reports/measured" / sweeps.FILE
 
@@ -96,8 +96,8 @@ def test_rows_are_the_same_when_made_again() -> None:
     rows = rows[rows["t_stop"] <= float(sweeps.UNTIL)]  # the others were integrated on
     for contact in ("unilateral", "bilateral"):
         mine = rows[rows["contact"] == contact].iloc[:: 97 if contact == "unilateral" else 61]
-        plan = SweepSpec(sweeps.swept_scene(), names=STARTS, record=sweeps.RECORD, contact=contact)
-        again = compute(plan, mine[list(STARTS)].to_numpy(), 8)
+        starts, scene = mine[list(STARTS)], sweeps.swept_scene()
+        again = sweep(scene, starts, record=sweeps.RECORD, contact=contact, recheck=0)
         assert list(again["outcome"]) == list(mine["outcome"])
         # of the present integration: another form or tolerance takes steps by the hundred more
         assert abs(again["steps"] - mine["steps"].to_numpy()).max() <= 3

@@ -13,21 +13,23 @@ some ten minutes of one core.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 
-import numpy
 import pandas
 
 from tt_precise.claims.part import Part, statement
 from tt_precise.mechanics.parameters import NAMES
+from tt_precise.mechanics.quantities import jellett
 from tt_precise.runtime.cache import cached_table
-from tt_precise.runtime.values import Array, Json
+from tt_precise.runtime.values import Arithmetic, Json
+from tt_precise.runtime.workers import Pool, local_pool
+from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.run import integrate_tables, lambda_of_start, sweep_pool
-from tt_precise.sweeps.specification import STARTS, SweepSpec, blocks
+from tt_precise.sweeps.run import sweep
+from tt_precise.sweeps.starts import STARTS, grid
 
 UNTIL = "12"  # Horizon in s; the paper's figures end at 8 s, before some climbs do.
 CONTINUED = "60"  # Horizon in s of starts whose climb has not ended by ``UNTIL``.
@@ -123,29 +125,27 @@ def starts(names: str | Iterable[str], contact: str, query: str = "") -> pandas.
 
 def compute() -> pandas.DataFrame:
     """Integrate everything; the table that ``rows`` gives."""
-    spec = SweepSpec(swept_scene(), names=STARTS, record=RECORD)
-    with sweep_pool() as pool:
-        first = integrate_tables(pool, spec, list(_starts()))
-        lost = first[first["outcome"] == "contact_lost"]
-        second = integrate_tables(pool, replace(spec, contact="bilateral"), _again(lost))
+    scene = swept_scene()
+    with local_pool() as pool:
+        first = _integrate(pool, scene, _starts(), "unilateral")
+        second = _integrate(pool, scene, first[first["outcome"] == "contact_lost"], "bilateral")
         late = second[second["t_end_A"].isna() & second["series"].isin(COUNTED)]
-        longer = replace(spec, scene=replace(spec.scene, until=Fraction(CONTINUED)))
-        third = integrate_tables(pool, replace(longer, contact="bilateral"), _again(late))
-    second = continued(second, third)
-    order = {each.name: position for position, each in enumerate(SERIES)}
-    table = pandas.concat([first, second], ignore_index=True)
-    table["order"] = table["series"].map(order)
+        third = _integrate(pool, scene.varied(until=CONTINUED), late, "bilateral")
+    table = pandas.concat([first, continued(second, third)], ignore_index=True)
+    table["order"] = table["series"].map([each.name for each in SERIES].index)
     table["later"] = table["contact"] == "bilateral"
-    table = table.sort_values(["order", "index", "later"]).drop(columns=["order", "later"])
-    return table.reset_index(drop=True)
+    table = table.sort_values(["order", "index", "later"], ignore_index=True)
+    return table.drop(columns=["order", "later"])
 
 
-def _again(rows: pandas.DataFrame) -> list[tuple[str, Array, Array]]:
-    """The starts of rows, to be integrated once more: series, index, start values."""
-    return [
-        (str(name), some["index"].to_numpy(), some[list(STARTS)].to_numpy())
-        for name, some in rows.groupby("series", sort=False)
-    ]
+def _integrate(
+    pool: Pool, scene: Scene, starts: pandas.DataFrame, contact: str
+) -> pandas.DataFrame:
+    """Integrate starts; the rows have ``series``, ``contact`` and ``index`` in front."""
+    rows = sweep(scene, starts[[*STARTS]], record=RECORD, contact=contact, pool=pool, recheck=0)
+    own = starts[["series", "index"]].reset_index(drop=True)
+    own.insert(1, "contact", contact)
+    return own.join(rows.drop(columns="index"))
 
 
 def continued(rows: pandas.DataFrame, longer: pandas.DataFrame) -> pandas.DataFrame:
@@ -183,25 +183,26 @@ def swept_scene() -> Scene:
     return replace(load_scene("reference"), until=Fraction(UNTIL))
 
 
-def _starts() -> Iterator[tuple[str, Array, Array]]:
-    """(series, index, start values of shape (rows, six)) of every series."""
+def _starts() -> pandas.DataFrame:
+    """The starts of every series: series, index, and the six start values."""
     scene = swept_scene()
-    reference = [float(getattr(scene.start, name)) for name in STARTS if name != "theta"]
-    reference.insert(STARTS.index("theta"), scene.start.theta.radians(math, float))
+    reference = {name: float(getattr(scene.start, name)) for name in STARTS if name != "theta"}
+    reference["theta"] = scene.start.theta.radians(math, float)
+    tables = []
     for each in SERIES:
-        spec = SweepSpec.of(scene, vary=each.vary, box=each.box, samples=each.samples, seed=22)
-        values = numpy.concatenate([block for _, block in blocks(spec, 4096)])
-        table = numpy.tile(reference, (len(values), 1))
-        for position, name in enumerate(spec.names):
-            table[:, STARTS.index(name)] = values[:, position]
+        table = grid(each.vary, each.box, each.samples, seed=22)
+        table = table.assign(**{name: reference[name] for name in STARTS if name not in table})
         if each.keep_lambda:
-            own = lambda_of_start(scene, reference[STARTS.index("theta")])
-            spin = float(scene.start.omega_3)
-            table[:, STARTS.index("omega_3")] = [
-                spin * own / lambda_of_start(scene, theta)
-                for theta in table[:, STARTS.index("theta")].tolist()
-            ]
-        yield each.name, numpy.arange(len(table)), table
+            scale = reference["omega_3"] * lambda_of_start(scene, reference["theta"])
+            table["omega_3"] = [scale / lambda_of_start(scene, tilt) for tilt in table["theta"]]
+        tables.append(table.assign(series=each.name, index=range(len(table))))
+    return pandas.concat(tables, ignore_index=True)
+
+
+def lambda_of_start(scene: Scene, theta: float) -> float:
+    """Return lambda (linear in omega_3) of a start with this tilt and 1 rad/s, dimensionless."""
+    varied = scene.varied(theta=Fraction(theta), omega_3=1, phi_dot=0)
+    return float(jellett(InitialState.of(varied, Arithmetic(math, float)).motion(math)))
 
 
 # ---- questions of the claims --------------------------------------------------------------------

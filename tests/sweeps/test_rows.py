@@ -1,0 +1,219 @@
+"""Rows in lanes: equal to single runs, and independent of the other rows."""
+
+import math
+from typing import Any
+
+import numpy
+import pytest
+
+import tt_precise as tt
+from tests.conftest import more
+from tt_precise.scene.scene import load_scene
+from tt_precise.sweeps import batch
+from tt_precise.sweeps.columns import TIMES
+from tt_precise.sweeps.rows import integrate_rows
+from tt_precise.sweeps.single import fine_row_of, row_of
+from tt_precise.sweeps.starts import Sweep, grid
+
+# Errors of times: some eps of the time and of the state, whose errors grow by 1e5 up to 8 s.
+CLOSE = 2e-12
+EXTRA = (
+    "t_equator", "climb_C", "lambda_ratio", "nu_crossing_init", "nu_crossing_end", "start_E",
+    "end_omega_3", "max_theta", "min_theta", "max_nu_y", "min_nu_y", "min_nu_x", "max_theta_dot",
+)  # fmt: skip
+MIXED = {"phi_dot": "-60:200", "theta_dot": "-5:5", "theta": "0.01:0.4", "mu": "0.1:1"}
+Rows = dict[str, Any]
+
+
+def rows_of(
+    scene: str, starts: Any, record: tuple[str, ...] = (), until: Any = None, **settings: Any
+) -> tuple[Sweep, numpy.ndarray, Rows]:
+    """Return a sweep, its values and its rows, in four lanes."""
+    loaded = load_scene(scene)
+    table = grid(starts) if isinstance(starts, dict) else starts
+    loaded = loaded if until is None else loaded.varied(until=until)
+    plan = Sweep(loaded, tuple(table.columns), record, **settings)
+    values = plan.values(table)
+    return plan, values, integrate_rows(plan, values, 4)
+
+
+def same(first: Rows, second: Rows) -> bool:
+    return list(first) == list(second) and all(
+        numpy.array_equal(first[name], second[name], equal_nan=name != "outcome") for name in first
+    )
+
+
+def picked(rows: Rows, order: Any) -> Rows:
+    return {name: numpy.asarray(column)[order] for name, column in rows.items()}
+
+
+@pytest.fixture(scope="module")
+def mixed() -> tuple[Sweep, numpy.ndarray, Rows]:
+    """Rows that end at different times, for different reasons."""
+    return rows_of("reference", grid(None, MIXED, samples=32, seed=4), EXTRA)
+
+
+def assert_row(rows: Rows, number: int, expected: dict[str, Any]) -> None:
+    assert rows["outcome"][number] == expected["outcome"]
+    assert rows["jellett_drift"][number] < 100 * 2.0**-52
+    for name in {*expected} - {"outcome", "steps", "jellett_drift"}:
+        value = math.nan if expected[name] is None else expected[name]
+        bound = CLOSE * max(1, abs(value))
+        assert rows[name][number] == pytest.approx(value, rel=0, abs=bound, nan_ok=True), name
+
+
+@pytest.mark.parametrize(
+    ("scene", "until", "starts"),
+    [
+        ("reference", 8, {"phi_dot": "0"}),
+        more("kicked", 4, {"mu": "0.3", "phi_dot": "0,5"}),
+        ("reference", "0.5", {"R": "0.02,0.03", "I1": "0.38"}),
+        ("rolling", "0.5", {"phi_dot": "0,10"}),
+        # on ice every nutation is as low as the one before
+        ("frictionless", 1, {"phi_dot": "0,10"}),
+        # a top that spins the other way is treated as its mirror image
+        ("reference", 8, {"omega_3": "-155"}),
+        more("reference", 8, {"theta": "0.01,0.7,1.5", "theta_dot": "-4,3"}),
+    ],
+)
+def test_rows_equal_single_runs(scene: str, until: Any, starts: dict[str, str]) -> None:
+    """Whose events are found in another way."""
+    omitted = "nu_" if scene == "rolling" else "theta" if "omega_3" in starts else " "
+    record = tuple(name for name in EXTRA if omitted not in name)
+    plan, values, rows = rows_of(scene, starts, record, until)
+    for number, row in enumerate(values.tolist()):
+        assert_row(rows, number, row_of(plan.scene_of(row), record))
+
+
+@pytest.mark.evidence
+def test_rows_equal_runs_in_double_double() -> None:
+    plan, values, rows = rows_of("reference", {"phi_dot": "-10,0,50,83,195"}, EXTRA)
+    for number, row in enumerate(values.tolist()):
+        assert_row(rows, number, fine_row_of(plan.scene_of(row), EXTRA))
+
+
+def test_the_bits_of_a_row_do_not_depend_on_other_rows(mixed: tuple[Sweep, Any, Rows]) -> None:
+    plan, values, rows = mixed
+    assert {*rows["outcome"]} == {"inverts", "contact_lost"}
+    lost = numpy.array(rows["outcome"]) == "contact_lost"
+    assert ((rows["t_stop"][lost] > 0) & (rows["t_stop"][lost] < 8)).all()
+    assert (rows["min_g_n"][lost] == 0).all()
+    order = numpy.random.default_rng(1).permutation(len(values))
+    assert same(integrate_rows(plan, values[order], 4), picked(rows, order))
+    parts = [integrate_rows(plan, values[n : n + 5], 4) for n in range(0, len(values), 5)]
+    assert same({name: numpy.concatenate([part[name] for part in parts]) for name in rows}, rows)
+    # another start is another row
+    assert not same(integrate_rows(plan, values + 1e-9, 4), rows)
+
+
+@pytest.mark.parametrize("lanes", [1, more(8), more(16)])
+def test_nor_on_the_number_of_lanes_and_the_size_of_blocks(
+    lanes: int, mixed: tuple[Sweep, Any, Rows], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plan, values, rows = mixed
+    monkeypatch.setattr(batch, "ROOM", 333)
+    assert same(integrate_rows(plan, values[:9], lanes), picked(rows, slice(9)))
+
+
+def test_a_row_that_overflows_fails_alone(recwarn: pytest.WarningsRecorder) -> None:
+    """In the middle of nine rows, where its lane goes on with another row."""
+    others = [1e12, *range(150, 157)]
+    _, _, rows = rows_of("reference", {"omega_3": [*others[:4], 1e150, *others[4:]]}, (), "0.1")
+    _, _, alone = rows_of("reference", {"omega_3": others}, (), "0.1")
+    kinds = ["contact_lost", *["undecided"] * 3, "failed", *["undecided"] * 4]
+    assert list(rows["outcome"]) == kinds
+    assert same(picked(rows, [0, 1, 2, 3, 5, 6, 7, 8]), picked(alone, slice(None)))
+    assert rows["t_stop"][4] == 0
+    assert all(numpy.isnan(rows[name][4]) for name in TIMES)
+    assert not recwarn.list
+
+
+def test_bilateral_rows_continue_where_contact_is_lost() -> None:
+    _, _, rows = rows_of("reference", {"phi_dot": "-200"}, contact="bilateral")
+    assert [rows[name][0] for name in ("outcome", "t_stop")] == ["inverts", 8]
+    assert rows["min_g_n"][0] < -0.1
+    # a top that rolls has no terminal event at all then
+    start = {"theta_dot": "0,1"}
+    _, _, free = rows_of("rolling", start, (), 2, contact="bilateral")
+    _, _, held = rows_of("rolling", start, (), 2)
+    assert list(free["t_stop"]) == [2, 2]
+    assert free["min_g_n"] == pytest.approx(held["min_g_n"], rel=1e-12)
+
+
+def test_starts_without_contact_are_rows_too() -> None:
+    """I1 theta_dot^2 alpha beats gravity at the inverted pole."""
+    plan, values, rows = rows_of("reference", {"theta": "0.1,3", "theta_dot": "0,400"}, (), 1)
+    assert [rows[name][3] for name in ("outcome", "t_stop", "steps")] == ["contact_lost", 0, 0]
+    assert rows["min_g_n"][3] < 0
+    assert same(integrate_rows(plan, values[3:], 4), picked(rows, [3]))
+
+
+def test_an_upright_top_stays() -> None:
+    _, _, rows = rows_of("upright", {"omega_3": "100,155"}, (), 1)
+    assert list(rows["outcome"]) == ["undecided"] * 2  # the energy lets it fall, nothing tips it
+    assert rows["min_g_n"] == pytest.approx([0.02 * 9.82] * 2, rel=1e-14)
+    assert all(map(math.isnan, rows["t_init_A"]))
+
+
+def test_tilts_of_any_size_are_integrated_as_alone() -> None:
+    """Beside the pole the steps are bounded, in each lane for itself."""
+    tilts = "1e-9", "1e-20", "0.1"
+    _, _, rows = rows_of("reference", {"theta": tilts})
+    for row, theta in enumerate(tilts):
+        alone = tt.integrate(load_scene("reference").varied(theta=theta))
+        assert rows["t_stop"][row] == alone.t_end == 8
+        assert abs(rows["steps"][row] / alone.steps - 1) < 0.05
+
+
+# ---- starts on an event ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        # rounding makes of phi_dot = 0, or 1e-30, a function of either sign
+        {"phi_dot": "0", "theta": "1.5", "theta_dot": "3"},
+        {"phi_dot": "1e-30", "theta": "1.5", "theta_dot": "3"},
+        {"phi_dot": "-1e-30", "theta": "1.5", "theta_dot": "3"},
+        # the contact point is at rest: nu_y - nu_x vanishes, and is no crossing
+        {"theta": "1.55", "theta_dot": "10", "phi_dot": "5"},
+        {"theta": "0.9", "theta_dot": "30", "omega_3": "33.3", "nu_x": "0.1", "nu_y": "0.1"},
+        # the double below pi/2 is above the equator by 6e-17 rad, and its axis falls
+        {"theta": "pi/2", "theta_dot": "1", "mu": "0.3,0"},
+        {"theta": "pi/2", "theta_dot": "-1"},
+    ],
+)
+def test_the_start_itself_is_no_event(start: dict[str, str]) -> None:
+    record = ("t_equator", "nu_crossing_init", "nu_crossing_end")
+    plan, values, rows = rows_of("reference", start, record, "0.05")
+    for number, row in enumerate(values.tolist()):
+        fine = fine_row_of(plan.scene_of(row), record)
+        for name in (*TIMES, *record):
+            expected = math.nan if fine[name] is None else fine[name]
+            assert rows[name][number] == pytest.approx(expected, abs=1e-12, nan_ok=True), name
+
+
+def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c() -> None:
+    start = {"theta": "1.3", "theta_dot": "4", "phi_dot": "20", "omega_3": "-75,-25"}
+    _, _, rows = rows_of("reference", start, ("t_equator",), "0.1")
+    assert not numpy.isnan(rows["t_equator"]).any()
+    assert numpy.isnan(rows["t_init_C"]).tolist() == [True, False]
+
+
+def test_the_drift_has_a_scale_where_lambda_is_0() -> None:
+    _, _, rows = rows_of("reference", {"omega_3": "0", "theta_dot": "1"}, (), "0.3")
+    assert 0 <= rows["jellett_drift"][0] < 1e-15
+
+
+def test_a_complete_row_ends_at_the_horizon_itself() -> None:
+    """The product of its time and the unit may be a unit in the last place beside it."""
+    radii = [f"{n} mm" for n in range(10, 40)]
+    _, _, rows = rows_of("reference", {"R": radii, "omega_3": "1", "theta": "0"}, (), 30)
+    assert {*rows["t_stop"]} == {30}
+
+
+def test_motions_in_segments_are_integrated_one_by_one() -> None:
+    plan, values, rows = rows_of("coulomb-gliding", {"mu": "0.3"}, (), "0.1")
+    assert row_of(plan.scene_of(values[0]), ()) == {
+        name: None if column[0] != column[0] else column[0] for name, column in rows.items()
+    }
