@@ -345,14 +345,12 @@ def load_scene(scene: str | Path | Scene) -> Scene:
     if isinstance(scene, Scene):
         return scene
     if not isinstance(scene, (str, Path)):
-        raise InputError(
-            f"scene: got {shortened(scene)}, expected a name, a path or a Scene, which Scene.of "
-            "makes of the tables of a file"
-        )
+        raise InputError(f"scene: got {shortened(scene)}, expected a name, a path or a Scene")
     if isinstance(scene, str) and re.fullmatch(r"[A-Za-z0-9_-]+", scene):
         if scene in shipped():
             return _shipped(scene)
-        raise wrong_name("scene", scene, shipped(), expected="a path to a .toml file or one of: ")
+        expected, files = "a path to a .toml file or one of: ", map(str, Path().glob("*.toml"))
+        raise wrong_name("scene", scene, shipped(), expected=expected, further=files)
     path = Path(scene)
     text = read_toml(
         path, "a scene file (`tt-precise scene new FILE` writes one) or a shipped name"
