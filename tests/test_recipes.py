@@ -85,7 +85,7 @@ def test_an_event(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     lean = Event("lean", lambda q: 2 * q.state.kz - 1, "theta passes 60 degrees")
     monkeypatch.setitem(events.EVENTS, "lean", lean)
     assert "theta passes 60 degrees" in said("events")
-    assert said("events reference --only lean --precision extended").count("lean") % 2 == 1
+    assert said("events reference --only lean --precision double-double").count("lean") % 2 == 1
 
 
 def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import pytest
 
 from benchmarks import engines
-from benchmarks.engines import ADAPTERS, ENGINES, NODE, Engine, main, measure, scoreboard
-from tests.engines.conftest import PATIENCE_S, ladder_test, measured_on
+from benchmarks.engines import ADAPTERS, ENGINES, NODE, Engine, main, scoreboard
+from tests.engines.conftest import ladder_test, measured_on
 from tt_precise.engines.ladder import LadderResult, LadderTest
 from tt_precise.runtime.cache import changed
 
@@ -62,17 +62,3 @@ def test_engines_fly(engine: Engine) -> None:
         expected = {"converges", "floor", "no order"}
     assert result.verdict in expected, result.message
     assert result.digits[-1] > (0 if engine.name == "cannon-es" else 1)
-
-
-@pytest.mark.clients
-def test_the_scoreboard_repeats() -> None:
-    present = [engine for engine in ENGINES if engine.name in ("Bullet", "MuJoCo")]
-    if all(engine.version is None for engine in present):
-        pytest.skip("neither Bullet nor MuJoCo is installed")
-    boards = [
-        measure(
-            present, select=lambda test: test.name == "rolling", time_limit=PATIENCE_S, workers=2
-        )
-        for _ in range(2)
-    ]
-    assert boards[0] == boards[1]

@@ -8,19 +8,15 @@ from benchmarks.work_precision.findings import GROWING
 from tt_precise.scene.scene import load_scene
 
 
-def test_times_are_log_spaced() -> None:
+def test_times_are_log_spaced_and_seeds_repeat() -> None:
     times = long_runs.log_spaced(1e3)
     assert times[0] == long_runs.FIRST_S
     assert times[-1] == pytest.approx(1e3)
     assert len(times) == 3 * long_runs.TIMES_A_DECADE + 1
-
-
-def test_seeds_differ_and_repeat() -> None:
     scene = load_scene("frictionless")
-    one, again, other = (long_runs.seeded(scene, seed) for seed in (1, 1, 2))
-    assert one == again
-    assert one.start != other.start
-    assert abs(one.start.omega_3 / scene.start.omega_3 - 1) <= long_runs.SPREAD
+    first, again, other = (long_runs.seeded(scene, seed) for seed in (1, 1, 2))
+    assert first == again
+    assert 0 < abs(first.start.omega_3 / other.start.omega_3 - 1) <= 2.1 * long_runs.SPREAD
 
 
 def test_short_runs_stay_within_rounding(monkeypatch: pytest.MonkeyPatch) -> None:

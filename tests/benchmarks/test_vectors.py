@@ -200,19 +200,6 @@ def test_sticks_and_slips_are_those_of_friction_that_is_hardly_regularised() -> 
         assert speed == pytest.approx(numpy.hypot(*run.y[6:, -1]), abs=1e-5)
 
 
-def test_a_step_to_no_number_and_a_stick_outside_it_are_not_published() -> None:
-    case = next(case for case in states.cases() if case.name == "coulomb-sticks-1")
-    right = {"kx": case.context.mpf(1)}
-    steps.require_agreement(case, right, right)
-    with pytest.raises(ArithmeticError, match=r"kx .* 0 digits"):
-        steps.require_agreement(case, right, {"kx": case.context.nan})
-    run: Any = SimpleNamespace(pieces=[SimpleNamespace(status="stick", end=7e-6)] * 2)
-    steps.require_switch(case, run)
-    for other in ("coulomb-sticks-2", "sticking-slips-1", "coulomb-1"):
-        with pytest.raises(ArithmeticError, match=other):
-            steps.require_switch(replace(case, name=other), run)
-
-
 def test_flight_keeps_angular_momentum() -> None:
     given = {case["name"]: case for case in valid_states()}
     flying = [one for one in committed_steps().values() if one["name"].startswith("none-")]

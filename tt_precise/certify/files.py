@@ -179,7 +179,7 @@ def statements(stored: Stored, proof: Proof, compared: TableComparison) -> dict[
         "steps": len(proof.enclosure.steps),
         "entries": total.numbers,
         "rounded": total.rounded,
-        "proved_events": {name: len(found) for name, found in proof.observations.events.items()},
+        "proved_events": {name: len(events) for name, events in proof.observations.events.items()},
         "contact": _contact(proof),
         "inversion": _inversion(proof),
         "forever": _forever(proof),
@@ -220,7 +220,7 @@ def _inversion(proof: Proof) -> dict[str, Json]:
 
 def _forever(proof: Proof) -> dict[str, Json]:
     try:
-        return {name: held.as_dict() for name, held in proof.forever.items()}
+        return {name: statement.as_dict() for name, statement in proof.forever.items()}
     except NotProved as why:
         return {"failure": str(why)}
 

@@ -76,11 +76,11 @@ class Proof:
             events = {
                 name: [
                     TableEvent(
-                        one.direction,
-                        one.time * self._start.units.time,
-                        self._columns(one.phase, one.state),
+                        event.direction,
+                        event.time * self._start.units.time,
+                        self._columns(event.phase, event.state),
                     )
-                    for one in happened
+                    for event in happened
                 ]
                 for name, happened in self.enclosure.events.items()
             }
@@ -164,11 +164,11 @@ class Proof:
         Raises ``NotProved``: the balls do not decide the comparisons of the definitions.
         """
         events = self.observations.events
-        climbs = any(one.direction < 0 for one in events["equator"])
+        climbs = any(event.direction < 0 for event in events["equator"])
         rows = [
-            {"name": name, "t": one.time, "direction": one.direction, **one.state}
+            {"name": name, "t": event.time, "direction": event.direction, **event.state}
             for name in (NEEDED if climbs else ("equator",))
-            for one in events[name]
+            for event in events[name]
         ]
         rows.sort(key=lambda row: float(row["t"]))
         with flint.ctx.workprec(self.working_bits):

@@ -112,8 +112,8 @@ class StepZeros:
                     zero = self._refined(function, slope, part)
                     zeros.append(Zero(1 if after > 0 else -1, step.time + zero * step.unit))
                 continue
-            known = any(a < (t - step.time) / step.unit < b for t in double)
-            if known and not polynomial(along, 2)(part).contains(0):
+            has_double_zero = any(a < (t - step.time) / step.unit < b for t in double)
+            if has_double_zero and not polynomial(along, 2)(part).contains(0):
                 continue
             if not b - a > step.length * CLOSEST:
                 raise self._undecided

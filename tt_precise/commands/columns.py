@@ -44,15 +44,15 @@ def command(as_json: bool) -> int:
     Each line has name, unit, frame and meaning. `run --columns`, `events --columns` and `frame`
     take the quantities too; `extremum:NAME` and `zero:NAME` are their events.
     """
-    sets, known = column_sets(), quantities()
+    sets, table = column_sets(), quantities()
     lines = ["A trajectory has one of these sets of columns; others are ignored."]
     for name, columns in sets.items():
         lines += ["", name]
-        lines += [f"  {key:<10} {one['unit']:<9} {meaning(one)}" for key, one in columns.items()]
+        lines += [f"  {key:<10} {row['unit']:<9} {meaning(row)}" for key, row in columns.items()]
     lines += ["", "quantities of `run --columns`, `events --columns` and `frame`"]
-    lines += [f"  {key:<20} {one['unit']:<9} {one['meaning']}" for key, one in known.items()]
+    lines += [f"  {key:<20} {row['unit']:<9} {row['meaning']}" for key, row in table.items()]
     lines += ["", *(f"- {sentence}" for sentence in CONVENTIONS)]
-    content = {"schema": SCHEMA, "sets": sets, "quantities": known, "conventions": CONVENTIONS}
+    content = {"schema": SCHEMA, "sets": sets, "quantities": table, "conventions": CONVENTIONS}
     emit(as_json, content, lines)
     return 0
 
@@ -60,12 +60,12 @@ def command(as_json: bool) -> int:
 def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
     """Return the columns of each set, in order: unit, meaning and whether each is required."""
     from tt_precise.check.columns import COLUMN_SETS
-    from tt_precise.mechanics.quantities import described
+    from tt_precise.mechanics.quantities import table
 
     return {
         name: {
             column: {
-                **described(column)._asdict(), "required": column in ("t", *columns.required),
+                **table(column)._asdict(), "required": column in ("t", *columns.required),
             }
             for column in ("t", *columns.names, *columns.height)
         }

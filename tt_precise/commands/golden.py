@@ -121,8 +121,8 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     ]
     lines += [f"{row['scene']:<22}{row['problem']}" for row in damaged]
     lines += [f"without golden data: {', '.join(missing)}"] if missing else []
-    found = {"scenes": entries, "damaged": damaged, "missing": missing}
-    options.emit(as_json, {"schema": SCHEMA.format("list"), **found}, lines)
+    content = {"scenes": entries, "damaged": damaged, "missing": missing}
+    options.emit(as_json, {"schema": SCHEMA.format("list"), **content}, lines)
     return CHECK_FAILED if damaged else 0
 
 

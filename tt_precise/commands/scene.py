@@ -74,8 +74,8 @@ def summary(scene: Scene) -> dict[str, Json]:
     """Return derived numbers and warnings of a scene, for JSON."""
     from tt_precise.exact.thresholds import thresholds
 
-    known = thresholds(scene, DIGITS)
-    values = {name: quantity.value for name, quantity in known.quantities.items()}
+    results = thresholds(scene, DIGITS)
+    values = {name: quantity.value for name, quantity in results.quantities.items()}
     ratios = {
         name: None if values.get(name) is None else float(values["lambda"] / values[name])
         for name in ("lambda_thres", "lambda_up")
@@ -98,7 +98,7 @@ def summary(scene: Scene) -> dict[str, Json]:
         "gamma": float(body.gamma),
         "lambda": float(values["lambda"]),
         "lambda_over": ratios,
-        "theorem": known.theorem.as_dict(),
+        "theorem": results.theorem.as_dict(),
         "static_balance": balance(scene),
         "warnings": list(warnings(scene, ratios)),
     }
@@ -175,8 +175,8 @@ def lines(content: dict[str, Json]) -> Iterator[str]:
         )
         yield f"  {table:<10} {numbers}"
     if content["given"]:
-        given = ", ".join(f"{name} = {_short(value)}" for name, value in content["given"].items())
-        yield f"  given      {given}"
+        entries = ", ".join(f"{name} = {_short(value)}" for name, value in content["given"].items())
+        yield f"  given      {entries}"
     if content["at_rest"]:
         yield f"  at rest    {content['at_rest']}"
     yield f"  gamma      {content['gamma']:.6g}"

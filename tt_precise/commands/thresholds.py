@@ -31,9 +31,9 @@ def command(scene: str, digits: int, as_json: bool) -> int:
 
     loaded = load_scene(scene)
     with progress_bar(f"{loaded.name}: {digits} digits"):
-        known = thresholds(loaded, digits)
-    emit(as_json, {"schema": SCHEMA, "scene": loaded.name, **known.as_dict()}, lines(known))
-    return 0 if agree(known) else DISAGREE
+        results = thresholds(loaded, digits)
+    emit(as_json, {"schema": SCHEMA, "scene": loaded.name, **results.as_dict()}, lines(results))
+    return 0 if agree(results) else DISAGREE
 
 
 def agree(thresholds: Thresholds) -> bool:

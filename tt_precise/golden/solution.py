@@ -246,10 +246,10 @@ def relative_errors(
         if times is not None:
             size_by_name["t"] = numpy.maximum(times, math.sqrt(body.R / body.g))
             doubles["t"] = times
-        for name, given in numbers.items():
-            apart = abs(without_revolutions(name, given - doubles[name]))
+        for name, values in numbers.items():
+            apart = abs(without_revolutions(name, values - doubles[name]))
             if exactly is not None:
-                close = apart <= FAR * EPS * numpy.fmax(abs(given), abs(doubles[name]))
+                close = apart <= FAR * EPS * numpy.fmax(abs(values), abs(doubles[name]))
                 for row in numpy.flatnonzero(close).tolist():
                     apart[row] = _apart(name, exactly(row, [name])[0], true[name][row])
             error = numpy.where(apart == 0, 0.0, apart / size_by_name[name])

@@ -73,11 +73,11 @@ def locate(scene: str | Path, folder: Folder = None) -> Path:
 
     Raises ``InputError``: the name is not a possible name of a scene.
     """
-    given = Path(scene)
+    path = Path(scene)
     by_path = isinstance(scene, Path) or os.sep in scene
-    if folder is None and by_path and (given / MANIFEST).is_file():
-        return given.resolve()
-    name = given.stem if given.suffix == ".toml" else str(scene)
+    if folder is None and by_path and (path / MANIFEST).is_file():
+        return path.resolve()
+    name = path.stem if path.suffix == ".toml" else str(scene)
     # no path, not hidden, printable
     if not re.fullmatch(r"\w[\w.-]{0,99}", name):
         raise InputError(
@@ -97,9 +97,9 @@ def require(scene: str | Path, folder: Folder = None) -> Path:
     """
     path = locate(scene, folder)
     if not (path / MANIFEST).is_file():
-        known = scenes(folder)
-        also = "" if known else "none yet; `tt-precise golden build` makes it"
-        raise wrong_name("golden data", str(scene), known, also)
+        names = scenes(folder)
+        also = "" if names else "none yet; `tt-precise golden build` makes it"
+        raise wrong_name("golden data", str(scene), names, also)
     return path
 
 

@@ -72,10 +72,10 @@ class Formulation:
 
     def body(self, values: Sequence[Scalar]) -> Parameters:
         """The dimensionless body whose ``parameters`` have these values."""
-        known = dict.fromkeys(("mu", *self.friction.further), 0)
-        known |= dict.fromkeys(("m", "R", "g"), 1)
-        given = dict(zip(self.parameters, values, strict=True))
-        return of_numbers(known | given, self.friction, self.spring, Parameters)
+        constants = dict.fromkeys(("mu", *self.friction.further), 0)
+        constants |= dict.fromkeys(("m", "R", "g"), 1)
+        numbers = dict(zip(self.parameters, values, strict=True))
+        return of_numbers(constants | numbers, self.friction, self.spring, Parameters)
 
     def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; an Euler state needs the azimuth ``phi``."""
@@ -126,8 +126,8 @@ def integration_form(model: str, coordinates: str, law: Law = VISCOUS) -> Formul
     Its ``State`` may differ.
     """
     published = formulation(model, coordinates, law)
-    known = CHEAPER.get((model, coordinates), published)
-    return replace(known, friction=published.friction)
+    cheapest = CHEAPER.get((model, coordinates), published)
+    return replace(cheapest, friction=published.friction)
 
 
 def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation:
@@ -137,8 +137,8 @@ def formulation(model: str, coordinates: str, law: Law = VISCOUS) -> Formulation
     """
     require_name("formulation", coordinates, COORDINATES)
     require_name("model", model, MODELS)
-    known = FORMULATIONS[model, coordinates]
-    return replace(known, friction=law) if model == "gliding" else known
+    form = FORMULATIONS[model, coordinates]
+    return replace(form, friction=law) if model == "gliding" else form
 
 
 def contact_terms(

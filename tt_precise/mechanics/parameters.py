@@ -80,9 +80,9 @@ class Parameters:
 
 def of_numbers(numbers: Mapping[str, Scalar], friction: Law, spring: str, kind: type[Top]) -> Top:
     """Parameters from ``numbers_by_name``, exact or not."""
-    given = dict(numbers)
-    further = tuple(given.pop(name) for name in friction.further)
-    return kind(**given, friction=friction, further=further, spring=spring)
+    values = dict(numbers)
+    further = tuple(values.pop(name) for name in friction.further)
+    return kind(**values, friction=friction, further=further, spring=spring)
 
 
 DERIVED = {(1, 1, -2): "N", (1, 2, -2): "J", (1, 2, -3): "W"}
@@ -119,15 +119,15 @@ class Dimension(NamedTuple):
         powers = [0, 0, 0]
         groups = [group.split() for group in unit.split("/")] if isinstance(unit, str) else [[]]
         for number, group in enumerate(groups):
-            found = [_FACTOR.fullmatch(factor) for factor in group]
-            if not found or None in found:
+            factors = [_FACTOR.fullmatch(factor) for factor in group]
+            if not factors or None in factors:
                 raise InputError(
                     f"unit: got {unit!r:.60}, expected an SI unit without prefix, such as "
                     '"m/s", "kg m^2/s", "rad/s", "N m" or "1"'
                 )
-            for known in filter(None, found):
-                sign = (-1 if number else 1) * int(known[2] or 1)
-                powers = [a + sign * b for a, b in zip(powers, _UNITS[known[1]], strict=True)]
+            for factor in filter(None, factors):
+                sign = (-1 if number else 1) * int(factor[2] or 1)
+                powers = [a + sign * b for a, b in zip(powers, _UNITS[factor[1]], strict=True)]
         return cls(*powers)
 
 

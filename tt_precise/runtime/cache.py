@@ -73,9 +73,9 @@ def cached_table(
     It is searched in ``reports/`` of the checkout, then in the user's cache.
     """
     mark = fingerprint(definition)
-    known = _load_table(file, mark)
-    if known is not None:
-        return known
+    stored = _load_table(file, mark)
+    if stored is not None:
+        return stored
     content = packed(compute(), mark)
     for folder in _folders():
         with contextlib.suppress(InputError):  # read-only or full
@@ -120,7 +120,7 @@ def _load_table(file: str, mark: str) -> pandas.DataFrame | None:
 
 def _folders() -> tuple[Path, ...]:
     checkout = Path(__file__).parents[2]
-    known = [checkout / "reports/measured"] if (checkout / "pyproject.toml").is_file() else []
+    folders = [checkout / "reports/measured"] if (checkout / "pyproject.toml").is_file() else []
     with contextlib.suppress(OSError):
-        known.append(user_folder())
-    return tuple(known)
+        folders.append(user_folder())
+    return tuple(folders)

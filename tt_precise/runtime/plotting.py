@@ -142,5 +142,5 @@ def _numbered(svg: str) -> str:
     names = {match[0][4:-1]: f"{match[1]}{n}" for n, match in enumerate(_HASHED.finditer(svg), 1)}
     if not names:
         return svg
-    known = re.compile("|".join(sorted(names, key=len, reverse=True)))
-    return known.sub(lambda match: names[match[0]], svg)
+    pattern = re.compile("|".join(sorted(names, key=len, reverse=True)))
+    return pattern.sub(lambda match: names[match[0]], svg)

@@ -57,8 +57,8 @@ def format_of(path: str | Path) -> Format:
     """
     suffix = Path(path).suffix
     if suffix not in FORMATS:
-        known = ", ".join(filter(None, FORMATS))
-        raise InputError(f"{path}: got {suffix!r}, expected a file that ends in one of: {known}")
+        endings = ", ".join(filter(None, FORMATS))
+        raise InputError(f"{path}: got {suffix!r}, expected a file that ends in one of: {endings}")
     if package := FORMATS[suffix].package:
         needed(package)
     return FORMATS[suffix]

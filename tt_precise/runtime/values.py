@@ -172,9 +172,9 @@ def distinct(what: str, asked: Iterable[Any]) -> tuple[Any, ...]:
     Raises ``InputError``: two items have the same name, as two lambdas do.
     """
     by_name: dict[str, Any] = {}
-    for one in asked:
-        name = getattr(one, "name", one)
-        if by_name.setdefault(name, one) != one:
+    for item in asked:
+        name = getattr(item, "name", item)
+        if by_name.setdefault(name, item) != item:
             raise InputError(f"{what}: got two called {name}, expected each under its own name")
     return tuple(by_name.values())
 

@@ -166,8 +166,8 @@ def top_of(
     table, flies = ({}, False) if contact is None else _contact_of(contact)
     top = TippeTop.from_ratios(**numbers, **table, friction=law)
     tables = {"body": body, "friction": friction, "contact": contact}
-    given = {name: dict(table) for name, table in tables.items() if table is not None}
-    object.__setattr__(top, "_source", given)
+    source = {name: dict(table) for name, table in tables.items() if table is not None}
+    object.__setattr__(top, "_source", source)
     return top, flies
 
 

@@ -101,7 +101,7 @@ class Start:
 
     def components(self) -> dict[str, Any]:
         """Return the components by name."""
-        return {one.name: getattr(self, one.name) for one in fields(self)}
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     @property
     def source(self) -> Mapping[str, Json]:
@@ -173,7 +173,7 @@ class LiftedStart(Start):
 
 
 LIFTED = ("height", "rise")
-_ENTRIES = tuple(one.name for one in fields(Start))
+_ENTRIES = tuple(field.name for field in fields(Start))
 _KEYS = {name for name, entry in ENTRIES.items() if entry.table == "start"}
 # The entries whose place a changed entry takes.
 _REPLACES = {

@@ -110,15 +110,17 @@ def starts(names: str | Iterable[str], contact: str, query: str = "") -> pandas.
     all starts, also after loss of contact with g_n < 0 as in the paper; "unilateral": all starts,
     ended where contact is lost.
     """
-    wanted = (names,) if isinstance(names, str) else tuple(names)
-    if unknown := set(wanted).difference(each.name for each in SERIES):
+    series = (names,) if isinstance(names, str) else tuple(names)
+    if unknown := set(series).difference(each.name for each in SERIES):
         raise ValueError(f"series: got {unknown}, expected {[each.name for each in SERIES]}")
     table = rows()
     unilateral = table["contact"] == "unilateral"
-    held = unilateral & (table["outcome"] != "contact_lost")
-    chosen = {"held": held, "through": held | ~unilateral, "unilateral": unilateral}[contact]
+    touching = unilateral & (table["outcome"] != "contact_lost")
+    chosen = {"held": touching, "through": touching | ~unilateral, "unilateral": unilateral}[
+        contact
+    ]
     table = table[chosen].sort_values("index", kind="stable")
-    table = pandas.concat([table[table["series"] == name] for name in wanted])
+    table = pandas.concat([table[table["series"] == name] for name in series])
     table = table.drop_duplicates([*STARTS], ignore_index=True)
     return table.query(query) if query else table
 
