@@ -60,12 +60,12 @@ def command(as_json: bool) -> int:
 def column_sets() -> dict[str, dict[str, dict[str, Json]]]:
     """Return the columns of each set, in order: unit, meaning and whether each is required."""
     from tt_precise.check.columns import COLUMN_SETS
-    from tt_precise.mechanics.quantities import table
+    from tt_precise.mechanics.quantities import described
 
     return {
         name: {
             column: {
-                **table(column)._asdict(), "required": column in ("t", *columns.required),
+                **described(column)._asdict(), "required": column in ("t", *columns.required),
             }
             for column in ("t", *columns.names, *columns.height)
         }
