@@ -103,7 +103,7 @@ NO_NUMBERS = {
     for name in (
         "_version", "runtime",
         *(f"runtime.{tool}" for tool in (
-            "cache", "called", "player", "plotting", "process", "tables", "terminal", "workers",
+            "cache", "player", "plotting", "process", "tables", "terminal", "workers",
         )),
     )
 }  # fmt: skip

@@ -13,7 +13,6 @@ import click
 from tt_precise.runtime.values import Json, listed, require_name
 
 F = TypeVar("F", bound=Callable[..., Any])
-Group = click.Group
 
 # The last line of a help text that speaks of digits.
 DIGITS = "Digits are relative to the size of each quantity; `tt-precise columns` states the rule."
@@ -132,9 +131,3 @@ class _Finite(click.ParamType):
 
 
 FINITE, POSITIVE = _Finite(), _Finite(above=0)
-
-
-def workers(default: str) -> Callable[[F], F]:
-    """Return the option ``--workers``; ``default`` describes the number without it."""
-    text = f"Number of processes; {default}."
-    return click.option("--workers", type=click.IntRange(1), help=text)

@@ -29,7 +29,7 @@ from tt_precise.integration.errors import errors_of
 from tt_precise.integration.reading import event_columns
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.quantities import jellett
-from tt_precise.runtime.values import Array, Hints, Scalar
+from tt_precise.runtime.values import Array, Scalar
 
 NEEDED = ("theta_min", "theta_max", "phi_dot_zero", "equator", "Lk_equals_Lz", "Lk_equals_minus_Lz")
 
@@ -75,7 +75,7 @@ class InversionEvents:
 
 
 @dataclass(frozen=True, repr=False)
-class InversionTimes(Hints):
+class InversionTimes:
     """The climb in the definitions A, B and C, and the first time theta crosses pi/2 (s)."""
 
     equator: Scalar

@@ -10,11 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property, wraps
-from inspect import CO_VARARGS, CO_VARKEYWORDS
+from functools import cached_property
 from numbers import Integral
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 
 class InputError(ValueError):
@@ -85,59 +83,6 @@ def require_name(what: str, got: object, names: Collection[str], **hints: Any) -
     """Raise ``wrong_name`` unless ``got`` is one of ``names``."""
     if got not in names:
         raise wrong_name(what, got, names, **hints)
-
-
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-def keyword_advice(advice: str) -> Callable[[Function], Function]:
-    """A decorator: a call with a wrong keyword names the nearest one, and gives the ``advice``."""
-
-    def decorate(function: Function) -> Function:
-        code, what = function.__code__, function.__name__
-        names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
-        own = [name for name in names if name != "self"]
-        any_place, any_name = (bool(code.co_flags & flag) for flag in (CO_VARARGS, CO_VARKEYWORDS))
-
-        @wraps(function)
-        def call(*args: Any, **keywords: Any) -> Any:
-            if len(args) > code.co_argcount and not any_place:
-                raise TypeError(f"{what}: got {len(args)} arguments without a name; {advice}")
-            for name in () if any_name else sorted(keywords.keys() - set(own)):
-                raise TypeError(str(wrong_name(what, name, own, f"; {advice}")))
-            return function(*args, **keywords)
-
-        return call  # type: ignore[return-value]
-
-    return decorate
-
-
-class Hints:
-    """An object that says where an attribute is that it does not have.
-
-    ``_parts`` are attributes whose attributes are looked through.
-    """
-
-    _parts: ClassVar[tuple[str, ...]] = ()
-
-    if not TYPE_CHECKING:  # where it would make every attribute known
-
-        def __getattr__(self, name: str) -> Any:
-            where = "" if name.startswith("_") else self._where(name)
-            hint = f"; expected {where}" if where else ""
-            text = f"{type(self).__name__} has no {name!r}{hint}"
-            raise AttributeError(text, name=name, obj=self)
-
-        def __getitem__(self, name: str) -> Any:
-            where = self._where(str(name)) or "an attribute"
-            raise TypeError(f"{type(self).__name__} has no items; expected {where}")
-
-    def _where(self, name: str) -> str:
-        """The way to write what an unknown name means; "" if nothing resembles it."""
-        for part in self._parts:
-            if part != name and hasattr(attrgetter(part)(self), name):
-                return f"{part}.{name}"
-        return nearest(name, (n for n in dir(self) if n[0] != "_"))
 
 
 def whole(value: Any) -> int | None:
