@@ -9,8 +9,6 @@ from tt_precise.claims import committed as module
 from tt_precise.claims.committed import committed, run_record, sources
 from tt_precise.runtime.values import InputError
 
-PROVENANCE = {"date": "today", "commit": "abc", "versions": "heyoka 1", "command": "x"}
-
 
 def test_every_claim_has_a_committed_verdict() -> None:
     verdicts = committed()
@@ -24,7 +22,7 @@ def test_every_claim_has_a_committed_verdict() -> None:
     "changed", ["claims/rauch_rutstam/section3_summary.py", "scenes/reference.toml"]
 )
 def test_a_run_of_other_code_is_stale(monkeypatch: pytest.MonkeyPatch, changed: str) -> None:
-    run = run_record(12.3, 2, PROVENANCE)
+    run = run_record(12.3, 2, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
     assert run.seconds == 12
     before = run.outdated
     read = Path.read_bytes

@@ -3,7 +3,7 @@
 import pytest
 
 from tt_precise.claims import claims
-from tt_precise.claims.paper import CLAIM_KINDS, EQUATIONS, HEADLINES, SECTIONS, look_up
+from tt_precise.claims.paper import CLAIM_KINDS, HEADLINES, SECTIONS, look_up
 from tt_precise.runtime.values import InputError
 
 
@@ -11,7 +11,6 @@ def test_sections_kinds_and_headlines_are_those_of_the_claims() -> None:
     assert {claim.section for claim in claims().values()} == set(SECTIONS)
     assert {claim.kind for claim in claims().values()} == set(CLAIM_KINDS.values())
     assert set(HEADLINES) <= set(claims())
-    assert len(EQUATIONS) == len(set(EQUATIONS))
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ def potential(theta: Any) -> Any:
     return effective_potential(WIDE, FN.cos(theta), FN.mpf(HALFWAY), FN.mpf(LAMBDA), FN)
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("share", [0.001, 0.1, 0.5, 0.9, 0.999])
 def test_both_searches_find_the_same_lowest_minimum(share: float) -> None:
     D0, D1 = (limit(BODY, LAMBDA, math) for limit in (thresholds.D0, thresholds.D1))
     D = D0 + share * (D1 - D0)

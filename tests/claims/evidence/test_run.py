@@ -6,7 +6,7 @@ import numpy
 import pandas
 import pytest
 
-from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, exact, variant
+from tt_precise.claims.evidence.run import FINE, REFERENCE, Run, Span, _vertex, exact, variant
 from tt_precise.integration import integrate
 from tt_precise.mechanics.quantities import QUANTITIES, Quantity
 
@@ -78,6 +78,13 @@ def test_a_quantity_made_for_a_claim_has_the_extreme_and_the_zeros_of_the_event(
     # at an end it is the value there
     first = float(REFERENCE.at("E", "0"))
     assert float(REFERENCE.extreme("E", largest=True)) == pytest.approx(first, rel=1e-15)
+
+
+def test_a_vertex_is_the_same_from_each_point_near_it() -> None:
+    fine, (times, values) = SHORT.trajectory(FINE), SHORT.extrema("theta_dot")
+    t = times[1 + values[1:-1].argmax()]
+    at, near = (_vertex(fine, "theta_dot", moment) for moment in (t, t + 2**-30))
+    assert abs(near / at - 1) < 1e-25
 
 
 def test_the_band_has_no_width_next_to_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
