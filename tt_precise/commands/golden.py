@@ -110,12 +110,14 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     for name in present:
         try:
             stored = store.read_files(name, folder)
-            entries.append({**_listed(stored), "proof": proofs.summary(stored)})
+            proof = proofs.summary(stored)
+            reason = _unproved(stored) if proof is None else None
+            entries.append({**_listed(stored), "proof": proof, "unproved": reason})
         except InputError as error:
             damaged.append({"scene": name, "problem": str(error)})
     missing = [name for name in shipped() if name not in present]
     lines = [
-        f"{row['scene']:<22}{row['digits']:>3} digits, {_proof_text(row['proof']):<17}"
+        f"{row['scene']:<22}{row['digits']:>3} digits, {_proof_text(row):<34}"
         f"{row['rows']:>5} rows {row['events']:>5} events  {row['status']:<13}{row['title']}"
         for row in entries
     ]
@@ -195,12 +197,20 @@ def _listed(stored: Stored) -> dict[str, Json]:
     }
 
 
-def _proof_text(proof: dict[str, Json] | None) -> str:
-    if proof is None:
-        return "none proved"
-    if "problem" in proof:
-        return f"NONE ({proof['problem']})"
-    return f"{proof['digits']} proved"
+def _unproved(stored: Stored) -> str:
+    """Return the reason why a scene has no proof: a phase that proofs do not cover."""
+    if "stick" in stored.events.column("name"):
+        return "the contact sticks"
+    if stored.scene.flies:
+        return "it flies on"
+    spring = stored.scene.body.spring
+    return f"{spring} table" if spring == "hunt-crossley" else "not proved yet"
+
+
+def _proof_text(row: dict[str, Json]) -> str:
+    if (proof := row["proof"]) is None:
+        return f"none proved: {row['unproved']}"
+    return f"NONE ({proof['problem']})" if "problem" in proof else f"{proof['digits']} proved"
 
 
 def _built_lines(built: Built) -> list[str]:
