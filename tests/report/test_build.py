@@ -81,10 +81,6 @@ def _section() -> Section:
     return Section("one", "One", [])
 
 
-def _failure() -> Section:
-    raise OSError("no such table")
-
-
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two sections and two claims in place of all."""
@@ -105,6 +101,10 @@ def test_sections_and_claims_are_computed_in_processes() -> None:
     assert content["seconds"] > 0
     assert shares == sorted(shares)
     assert len(shares) == 6
+
+
+def _failure() -> Section:
+    raise OSError("no such table")
 
 
 @pytest.mark.usefixtures("few")

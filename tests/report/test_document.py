@@ -17,14 +17,12 @@ def test_every_claim_has_a_section_and_a_mark() -> None:
     assert judged is not None
     assert {claim.section for claim in judged.claims} == set(PAPER_SECTIONS)
     assert {claim.verdict for claim in judged.claims} == set(MARKS) == set(Verdict)
-    assert len(set(MARKS.values())) == len(MARKS)
 
 
 def test_every_section_and_every_figure_has_words() -> None:
     keys = {name for level, name in words() if level == "#"}
     assert keys == {*SECTIONS, "errata", "claims", "answers", "untested", "motion"}
     drawn = {name: text for (level, name), text in words().items() if level == "##"}
-    assert len(drawn) > 15
     assert [name for name, text in drawn.items() if len(text) != 2] == []
     placed = {text[1:-1] for texts in words().values() for text in texts if text[-1:] == "]"}
     assert set(drawn) <= placed

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tt_precise.claims.committed import committed
-from tt_precise.report.formula import latex, mathml, split_symbol
+from tt_precise.report.formula import latex, mathml
 
 SET = {
     "R*I1*phi_dot*sin(theta)**2": r"R\, I_1\, \dot{\varphi}\, \sin^{2}\, \theta",
@@ -45,14 +45,6 @@ def test_every_formula_of_a_claim_is_set() -> None:
     formulas = [part.printed for one in known.claims for part in one.parts if part.formula]
     assert len(formulas) > 60
     assert all(latex(text) and mathml(text) for text in formulas)
-
-
-def test_symbols_have_letter_accents_and_index() -> None:
-    assert split_symbol("omega_3_dot") == ("ω", ("dot",), "3")
-    assert split_symbol("E~0") == split_symbol("E0_tilde") == ("E", ("tilde",), "0")
-    assert split_symbol("axis_dot") == split_symbol("3_dot") == ("3", ("dot",), "")
-    assert split_symbol("I1") == ("I", (), "1")
-    assert split_symbol("lambda_thres") == ("λ", (), "thres")
 
 
 DIFFERENCES = [

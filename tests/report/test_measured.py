@@ -38,15 +38,6 @@ def test_figures_are_placed_and_changed_code_is_named(
         make()
 
 
-def test_the_findings_and_the_costs_of_the_committed_tables() -> None:
-    section = measured.tradeoff()
-    newton, _, findings = tables(section)
-    assert newton.header == ("method", *(f"ms to 1e-{n:02}" for n in (3, 6, 9, 12)))
-    assert newton.rows[0][0].startswith("heyoka")
-    assert newton.rows[-1][-1] == "-"  # not reached by the method
-    assert len(section.results) == len(findings.rows) > 50
-
-
 def test_extremes_are_counted_by_topic_and_failed_cases_are_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,7 +16,6 @@ from tt_precise.report import overview
 from tt_precise.report.document import Card, ClaimList, Overview, Section, Text, table
 from tt_precise.report.overview import DRIFT, END, RATIO, TRACK, answer, findings, motion, verdict
 from tt_precise.runtime import player
-from tt_precise.runtime.values import InputError
 
 
 @pytest.fixture(scope="module")
@@ -102,9 +99,7 @@ def test_errata_hold_what_fails_and_only_that(judged: list[JudgedClaim]) -> None
     assert len(_ids(overview.errata([judged[1], judged[2]]))) == 1
 
 
-def test_all_claims_stand_by_section_of_the_paper(
-    judged: list[JudgedClaim], tmp_path: Path
-) -> None:
+def test_all_claims_stand_by_section_of_the_paper(judged: list[JudgedClaim]) -> None:
     run = run_record(1, 1, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
     section = overview.all_claims(judged, run)
     assert section.blocks[0] == Text("7 claims, 1 of them decided by a proof.")
@@ -112,13 +107,3 @@ def test_all_claims_stand_by_section_of_the_paper(
         ["EQ-01"], ["NUM-01", "NUM-05", "NT-01"], ["NUM-02"], ["NUM-03"], ["NUM-04"],
     ]  # fmt: skip
     assert section.results["counts"]["refuted"] == 1
-    # verdicts of a report are read again
-    file = tmp_path / "results.json"
-    file.write_text(json.dumps({"claims": section.results}), "utf-8")
-    again = committed(file)
-    assert again is not None
-    assert again.run.date == "today"
-    assert again.by_id["NUM-02"].verdict == "refuted"
-    file.write_text(file.read_text("utf-8").replace('"refuted"', '"exact"', 1), "utf-8")
-    with pytest.raises(InputError, match=r"exact.*--again"):
-        committed(file)

@@ -9,7 +9,7 @@ from tt_precise.claims import JudgedClaim, part
 from tt_precise.claims.verdicts import conclude
 from tt_precise.report import render
 from tt_precise.report.document import PageTable, Report
-from tt_precise.report.render import lead, names
+from tt_precise.report.render import names
 
 
 def test_html_is_escaped_and_its_links_lead_somewhere(small_report: Report) -> None:
@@ -65,16 +65,11 @@ def test_a_section_leads_with_its_picture_and_long_tables_fold(small_report: Rep
     assert [figure.name for figure in page["pictures"]] == ["ring"]
     assert [table.caption for table in page["side_tables"]] == ["A short one."]
     assert [table.name for table in page["tables"]] == ["cases-table"]
+    assert render.lead("Figure 2 of sec. 2.1, eq. (3). More.") == "Figure 2 of sec. 2.1, eq. (3)."
     rows = [("1",)] * (render.LONGEST_ROWS + 1)
     assert render.folds(PageTable(("a",), rows))
     assert not render.folds(PageTable(("a",), rows[:-1]))
     assert not render.folds(PageTable(("a",), rows, folded=False))
-
-
-def test_the_first_sentence_is_distinguished() -> None:
-    text = "Figure 2 of sec. 2.1 at 0.5 s. Bears on EQ-01, eq. (3). More."
-    assert lead(text) == "Figure 2 of sec. 2.1 at 0.5 s."
-    assert (lead("One only."), lead("")) == ("One only.", "")
 
 
 def test_parts_are_named_by_their_outcome(judged: list[JudgedClaim]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pandas
-import pytest
 
 from tt_precise.report import starts
 from tt_precise.runtime.cache import fingerprint, unpacked
@@ -34,9 +33,3 @@ def test_maps_are_full_grids_and_nothing_stands_inverted_below_the_threshold() -
         assert inverted.any()
         assert (rows["outcome"][inverted] == "inverts").all()
         assert (rows["lambda_ratio"][inverted] > 1).all()
-
-
-def test_the_spin_of_a_map_is_that_of_the_ratio_asked_for() -> None:
-    rows = starts.map_rows("inclination and lambda")[::97]
-    spins = starts._spins(rows["theta"].to_numpy(), rows["lambda_ratio"].to_numpy())
-    assert spins == pytest.approx(rows["omega_3"].to_numpy(), rel=1e-9)

@@ -77,11 +77,10 @@ class Results(
 
 
 def compute(progress: Progress = silent) -> dict[str, Any]:
-    """Compute all content of the report but its provenance.
+    """Compute all content of the report but its provenance, by key.
 
-    Its keys are those of ``SECTIONS`` and "headlines" (the first screen), "precisions" (those of
-    the reference scene, in words), "judged" (the claims in order), and "seconds" (how long judging
-    took, shared among the workers). ``progress`` is called with the share that is done.
+    ``progress`` is called with the share that is done. "seconds" is how long judging took, shared
+    among the workers.
     """
     claims = calls_for()
     # what shares runs with claims comes before them, and what shares nothing last: either process

@@ -142,10 +142,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Card:
-    """A number on the first screen: its label, its value, the paper's value, and a comment.
-
-    ``verdict`` is that of the claim with the paper's value.
-    """
+    """A number on the first screen, the paper's value, and the verdict of the claim with it."""
 
     label: str
     value: str
@@ -156,10 +153,7 @@ class Card:
 
 @dataclass(frozen=True)
 class Overview:
-    """The first screen: the answer, the counts, all claims at a glance, three numbers by claim.
-
-    ``animation`` holds the motion of the top, see ``report.overview``.
-    """
+    """The first screen: the answer, the counts, all claims, three numbers by claim, the motion."""
 
     cards: Mapping[str, Card]
     animation: Mapping[str, Json]

@@ -1,9 +1,7 @@
-"""Formulas in Python's notation, set as LaTeX and as MathML.
+"""Formulas in Python's notation, set as LaTeX and as MathML; terms keep their order.
 
-``lambda = R*I1*phi_dot*sin(theta)**2 - R*I3*omega_3*(alpha - cos(theta))`` is parsed by ``ast``;
-terms keep their order. ``dot``, ``cross``, ``abs``, ``sqrt`` and ``ddt`` have their usual signs,
-``axis`` is the symmetry axis (a bold 3 in the paper), ``->`` a limit. The symbols, numbers and
-signs in which two formulas differ are marked.
+``dot``, ``cross``, ``abs``, ``sqrt``, ``ddt`` and ``->`` have their usual signs, ``axis`` is the
+symmetry axis (a bold 3 in the paper). Symbols in which two formulas differ are marked.
 """
 
 from __future__ import annotations

@@ -1,9 +1,4 @@
-"""The page's first screen, the errata, and all claims.
-
-The first screen has the answer, the counts, three numbers and the motion of the top: axis, spin and
-contact track of the golden scene ``track``, the reference solution with the body's three angles and
-the path of the centre of mass.
-"""
+"""The page's first screen with the motion of the golden scene ``track``, the errata, all claims."""
 
 from __future__ import annotations
 

@@ -16,11 +16,7 @@ SCENE = "reference"
 
 @dataclass(frozen=True)
 class PrecisionRun:
-    """The reference scene in one precision.
-
-    ``state_error`` is the distance of its end from the finest run's, the largest of the vector
-    components, dimensionless; None for the finest run.
-    """
+    """The reference scene in one precision; the distance of its end from the finest run's."""
 
     trajectory: Trajectory
     state_error: Scalar | None
@@ -38,11 +34,7 @@ class PrecisionRun:
 
 @cache
 def precision_runs() -> tuple[PrecisionRun, ...]:
-    """Integrate the reference scene in every precision, the finest last.
-
-    That is triple-double, whose 46 digits are more than anything here needs; mp would take a
-    hundred times as long.
-    """
+    """Integrate the reference scene in every precision but mp, the finest last."""
     runs = [integrate(SCENE, name) for name in KINDS if name != "mp"]
     finest = runs[-1]
     errors = [*(state_distance(run, finest) for run in runs[:-1]), None]

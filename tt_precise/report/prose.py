@@ -42,11 +42,7 @@ _TOKEN = re.compile(
 
 @dataclass(frozen=True)
 class Language:
-    """A markup language: how it writes plain text, code, symbols, numbers, signs and formulas.
-
-    ``power`` is a number times a power of ten, ``formula`` takes a formula and another one, or "",
-    from which its differences are marked.
-    """
+    """A markup language; ``formula`` marks the differences from another formula, or from ""."""
 
     plain: Callable[[str], str]
     code: Callable[[str], str]

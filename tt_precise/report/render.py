@@ -1,8 +1,4 @@
-"""A report as HTML (one file, opens offline) and as Markdown.
-
-A section of the page begins with its picture; the texts and a small table stand next to the
-picture. Long and wide tables, and the other pictures, are folded.
-"""
+"""A report as HTML (one file, opens offline) and as Markdown; what is long or wide is folded."""
 
 from __future__ import annotations
 
@@ -99,10 +95,9 @@ def _environment(*, escaped: bool) -> Environment:
 
 
 def laid_out(section: Section) -> dict[str, Json]:
-    """Return the blocks of a section by position: picture, texts, side tables, tables and so on.
+    """Return the blocks of a section by position, and the ``choices`` of the filters of its claims.
 
-    In a section without tables a second picture stands ``beside`` the first one, in others texts
-    and small tables do. ``choices`` are the filters of the section's claims.
+    Texts and small tables, or else a second picture, stand beside the first picture.
     """
     figures, tables = _blocks(section, Figure), _blocks(section, PageTable)
     claims = _blocks(section, ClaimList)

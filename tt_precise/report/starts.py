@@ -1,8 +1,4 @@
-"""Figures of many starts: times of the climb, outcomes at the threshold, maps.
-
-Each map has the outcome of every start: over theta(0) and lambda/lambda_thres, over mu and
-omega_3(0), and over phi_dot(0) and omega_3(0). All other values are those of the reference start.
-"""
+"""Figures of many starts: times of the climb, and maps of outcomes about the reference start."""
 
 from __future__ import annotations
 
@@ -136,10 +132,9 @@ def compute() -> pandas.DataFrame:
 
 def definition() -> dict[str, Json]:
     """Return the definition of the rows: scene, sides, horizon, columns."""
-    scene = _scene()
     sides = {name: repr(pair) for name, pair in MAPS.items()}
-    made_from = {**sweeps.exact_values(scene), "sides": sides}
-    return {**made_from, "version": VERSION, "until": UNTIL, "count": COUNT, "record": RECORD}
+    numbers = {"version": VERSION, "until": UNTIL, "count": COUNT, "record": RECORD}
+    return {**sweeps.exact_values(_scene()), "sides": sides, **numbers}
 
 
 def _scene() -> Scene:

@@ -39,8 +39,7 @@ def figure(
 ) -> Callable[[Callable[Concatenate[list[Axes], P], Numbers]], Callable[P, Figure]]:
     """Make a ``Figure`` of a function that draws into panels and returns its caption's numbers.
 
-    The panels lie below each other. ``heights`` in inches, or a function of the same arguments that
-    gives them.
+    ``heights`` of the panels in inches, or a function of the same arguments that gives them.
     """
 
     def decorate(draw: Callable[Concatenate[list[Axes], P], Numbers]) -> Callable[P, Figure]:
