@@ -88,7 +88,7 @@ def truth_of(trajectory: Trajectory) -> Trajectory:
 
 def right_throughout(trajectory: Trajectory, truth: Trajectory | None = None) -> float:
     """Digits of the worst entry at the worst sample that the truth confirms."""
-    beside = [truth or truth_of(trajectory)]
+    beside = truth or truth_of(trajectory)
     return float(trajectory.error_over_time(beside=beside)["digits"].min())
 
 

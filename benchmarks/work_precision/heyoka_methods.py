@@ -18,7 +18,7 @@ from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import catalogue
 from tt_precise.integration.heyoka_backend import build, numeric_options
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.steps import of_dense_output
+from tt_precise.integration.steps import of_heyoka
 from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.runtime.values import Adaptive, Array, Scalar
@@ -107,7 +107,7 @@ def _solver(
         if setup and setup.events:
             zeros = Zeros(setup, problem.start(precision))
             outcome, _, _, steps, output, _ = adaptive.propagate_until(times[-1], c_output=True)
-            zeros.search(of_dense_output(output, setup, zeros.start))
+            zeros.search(of_heyoka(output, setup, zeros.start))
             rows = output(numpy.array(times, dtype=precision.fp_type))
             states = [[row[j] for j in range(entries)] for row in rows]
         elif len(times) == 1:

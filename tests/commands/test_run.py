@@ -102,7 +102,7 @@ def test_the_equator_and_the_climb(
 def test_times_and_forces_of_requested_digits_have_them(printed: Printed, said: Said) -> None:
     record = printed("run reference --digits 25")
     fine = integrate("reference", digits=40, events="all, extremum:g_n")
-    table = fine.event_table(["g_n"], {"extremum:g_n"})
+    table = fine.event_table(["g_n"])
     values = {name: t for name, t in fine.inversion.times.items() if t is not None}
     values |= {"min_g_n": min(table["g_n"])}
     for name, value in values.items():

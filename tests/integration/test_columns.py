@@ -1,7 +1,5 @@
 """The pose of a trajectory: its own rates, the checks of rigid bodies, and the poles."""
 
-import pickle
-
 import numpy as np
 import pytest
 
@@ -90,19 +88,6 @@ def test_errors_of_a_pose_need_its_quadratures(half: Scene) -> None:
         integrate(half).frame("error:qw")
     recorded = integrate(half, record=("phi", "psi", "x", "y"))
     assert 0 < recorded.frame("error:qw")["error:qw"].max() < 1e-9
-
-
-@pytest.mark.parametrize("precision", ["double", "double-double"])
-def test_a_state_can_be_pickled(precision: str) -> None:
-    """Numbers of mpmath belong to a context, which itself cannot be pickled."""
-    run = integrate("reference", precision, until="0.2")
-    _ = run.digits  # so that the state knows its errors
-    for state in (run.state, run.at("0.1")):
-        found = pickle.loads(pickle.dumps(state))
-        assert list(found.values) == list(state.values)
-        assert str(found) == str(state)
-        for name, value in state.values.items():
-            assert np.all(np.asarray(found.values[name] == value)), name
 
 
 def test_what_a_notebook_shows_is_short() -> None:

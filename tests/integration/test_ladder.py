@@ -11,8 +11,8 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.integration import Trajectory, integrate, ladder
-from tt_precise.integration.columns import digits_over_rows, worst_digits
-from tt_precise.integration.errors import distance, floats
+from tt_precise.integration.columns import digits_over_rows
+from tt_precise.integration.errors import floats
 from tt_precise.integration.precision import KINDS
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
@@ -28,6 +28,7 @@ def found(level: ladder.Level, digits: float, scene: str = "reference", events: 
     """The parts of a run that the ladder looks at."""
     return SimpleNamespace(
         status="complete",
+        t_end=8.0,
         digits_throughout=digits,
         scene=load_scene(scene),
         event_counts=Counter(theta_max=events),
@@ -65,96 +66,7 @@ def test_rungs_of_the_ladder() -> None:
     tried: list[Any] = []
     with pytest.raises(InputError, match="digits: got 9, but reference has 0"):
         climb(tried, 9, most=0.0)
-    assert len(tried) == 2  # a third cannot help
-
-
-@pytest.mark.usefixtures("by_digits")
-def test_a_finer_arithmetic_is_tried_where_a_finer_tolerance_wins_little() -> None:
-    """Rounding of 1e-28 loses 12 digits: three doubles deliver what two do not."""
-    tried: list[Any] = []
-
-    def run(level: ladder.Level) -> Any:
-        tried.append(level)
-        bits = {"double": 15, "double-double": 31, "triple-double": 46}.get(level.precision, 99)
-        return found(level, max(0.5, min(level.digits, bits) - 12))
-
-    ladder.integrate_to_digits(18, load_scene("reference"), run)
-    assert tried[-1].precision == "triple-double"
-    tried.clear()
-    ladder.integrate_to_digits(3, load_scene("reference"), run)
-    arithmetics = dict.fromkeys(level.precision for level in tried)
-    assert [*arithmetics] == ["double", "double-double"]  # no arithmetic is left out
-    ladder.integrate_to_digits(38, load_scene("reference"), run)
-    assert tried[-1].precision == "mp"
-
-
-@pytest.mark.usefixtures("by_digits")
-@pytest.mark.parametrize(("won", "third"), [(0.3, "double-double"), (0.2, "triple-double")])
-def test_a_quarter_of_the_tolerances_digits_is_worth_a_finer_one(won: float, third: str) -> None:
-    tried: list[Any] = []
-
-    def run(level: ladder.Level) -> Any:
-        tried.append(level)
-        fine = level.precision != "double-double"
-        return found(level, 20.0 if fine else 10 + won * (level.digits - 18))
-
-    ladder.integrate_to_digits(14, load_scene("reference"), run)
-    assert [level.precision for level in tried][:3] == ["double-double", "double-double", third]
-
-
-@pytest.mark.usefixtures("by_digits")
-@pytest.mark.parametrize("resolved", [1, 0])
-def test_the_ladder_goes_on_while_levels_resolve_more_events(resolved: int) -> None:
-    """Below-threshold was refused 9 digits: the last events have few until all are found."""
-    tried: list[Any] = []
-    digits = {"double": 6.0, "double-double": 4.0, "triple-double": 20.0}
-
-    def run(level: ladder.Level) -> Any:
-        tried.append(level)
-        events = 1 + resolved * len(tried)
-        return found(level, digits[level.precision], "below-threshold", events)
-
-    if resolved:
-        last = ladder.integrate_to_digits(9, load_scene("below-threshold"), run)
-        assert last.event_counts.total() == 1 + len(tried)
-        assert tried[-1].precision == "triple-double"
-    else:
-        with pytest.raises(InputError, match="got 9, but below-threshold has 4"):
-            ladder.integrate_to_digits(9, load_scene("below-threshold"), run)
-
-
-@pytest.mark.usefixtures("by_digits")
-def test_an_estimate_that_is_off_by_half_a_digit_ends_no_ladder() -> None:
-    """Coulomb-gliding to 1.2 s had 39.8 digits with 140 bits and with 141, and was refused."""
-    tried: list[Any] = []
-
-    def run(level: ladder.Level) -> Any:
-        off = 0.3 if len(tried) % 2 else -0.3
-        tried.append(level)
-        return found(level, level.digits - 2.5 - off, "coulomb-gliding")
-
-    ladder.integrate_to_digits(40, load_scene("coulomb-gliding"), run)
-    assert [level.precision for level in tried] == ["mp", "mp"]
-
-
-def test_the_cost_is_that_of_the_ladder_in_use() -> None:
-    """A motion in segments has no several doubles: 40 digits of it need mp.
-
-    Its 1,000 s have no more steps than 20 s of the reference, and took 30 s of a core, where an
-    estimate by the length of the motion said 1,323.
-    """
-    long = load_scene("coulomb-gliding").varied(until="1000")
-    assert 10 < ladder.seconds_for(40, long) < 60
-    assert ladder.seconds_for(28, long) == 0
-    assert ladder.seconds_for(400, long) > ladder.MOST_SECONDS
-    with pytest.raises(InputError, match="digits: got 400, which would take about 2 h") as refused:
-        integrate(long, digits=400)
-    most = int(str(refused.value).partition("at most ")[2].partition(",")[0])
-    assert (
-        ladder.seconds_for(most, long) <= ladder.MOST_SECONDS < ladder.seconds_for(most + 2, long)
-    )
-    assert ladder.seconds_for(40, load_scene("reference")) == 0
-    assert ladder.seconds_for(40, load_scene("reference"), euler=True) > 0
+    assert [level.precision for level in tried].count("mp") == 1  # a second cannot help
 
 
 @pytest.mark.parametrize(
@@ -177,16 +89,6 @@ def test_whole_numbers_of_numpy_are_taken(short: Scene) -> None:
     assert tt.thresholds(short, digits=numpy.int64(20)).digits == 20  # type: ignore[arg-type]
 
 
-def test_digits_that_would_take_days_are_refused_with_the_largest_that_is_practical() -> None:
-    with pytest.raises(InputError, match="digits: got 1000") as refused:
-        integrate("reference", digits=1000)
-    most = int(str(refused.value).partition("at most ")[2].partition(",")[0])
-    scene = load_scene("reference")
-    without_mp, within, beyond = (ladder.seconds_for(n, scene) for n in (40, most, 1000))
-    assert without_mp == 0
-    assert within <= ladder.MOST_SECONDS < beyond
-
-
 @pytest.fixture(scope="module")
 def truth(short: Scene) -> Trajectory:
     return integrate(short, "mp", bits=240)
@@ -201,20 +103,14 @@ def test_wanted_digits_are_delivered(
 ) -> None:
     run = integrate(short, digits=wanted)
     assert run.precision.name == expected
-    assert run.error_over_time(beside=[truth])["digits"].min() >= wanted
+    assert run.error_over_time(beside=truth)["digits"].min() >= wanted
     assert run.digits_throughout >= wanted
-
-
-def test_quad_without_80_bits(short: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
-    assert integrate(short, digits=15, formulation="euler").precision.name == "quad"
-    assert not any(KINDS[level.precision].doubles for level in ladder.HEYOKAS)
 
 
 def test_a_hopeless_start_is_refused(reference: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, kind in KINDS.items():
         monkeypatch.setitem(KINDS, name, kind._replace(steps=5))
-    with pytest.raises(InputError, match="digits: got 10, but the integration of reference fails"):
+    with pytest.raises(InputError, match=r"digits: got 10, but reference has 0.* \(failed"):
         integrate(reference.varied(mu="1e300"), digits=10)
 
 
@@ -228,17 +124,12 @@ def right_digits(run: Trajectory) -> float:
     inner = known[[mpf(t) < mpf(run.t_end) for t in known["t"]]]
     rows = run.table(*names, times=inner["t"], numbers="exact")
     texts = {name: [text or None for text in inner[name]] for name in names}
-    errors = {name: distance(rows[name], texts[name], run.precision.context) for name in names}
+    errors = {
+        name: floats([None if b is None else abs(mpf(a) - mpf(b)) for a, b in pairs])
+        for name, pairs in ((n, zip(rows[n], texts[n], strict=True)) for n in names)
+    }
     values = {name: floats(rows[name]) for name in names}
     return float(digits_over_rows(values, errors, run.start, run.precision.bits).min())
-
-
-def test_an_entry_that_is_off_by_more_than_its_size_has_no_digit(short: Scene) -> None:
-    run = integrate(short)
-    values = {name: numpy.array([value]) for name, value in run.state.values.items()}
-    digits = digits_over_rows(values, {"kz": numpy.array([20.0])}, run.start, 53)
-    assert digits.tolist() == [0.0]
-    assert worst_digits(run.state, {"kz": 20.0}, run.start) == 0.0
 
 
 def test_a_flight_that_ends_on_the_table_has_digits() -> None:

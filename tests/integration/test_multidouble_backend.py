@@ -11,10 +11,7 @@ import pytest
 from tt_precise.golden.store import home
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.events import EVENTS
-from tt_precise.integration.precision import precision_named
-from tt_precise.integration.setup import Setup
-from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import Scene, load_scene, shipped
+from tt_precise.scene.scene import load_scene, shipped
 
 FN = mpmath.MPContext()
 FN.prec = 260
@@ -102,45 +99,12 @@ def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
     assert abs(with_events.state.kz - without.state.kz) < 1e-40
 
 
-def test_opposite_rounding_moves_the_last_bits_alone() -> None:
-    for name in ("double-double", "triple-double"):
-        precision = precision_named(name)
-        third = precision.context.mpf(1) / 3
-        other = precision.opposite_neighbour(third)
-        assert 0 < abs(other - third) < precision.eps
-        assert precision.opposite_neighbour(precision.context.mpf(3)) == 3
-
-
-def test_what_it_lacks_is_refused_in_one_line() -> None:
-    for scene in ("coulomb-stick-slip", "elastic-linear"):
-        with pytest.raises(InputError, match=f"{scene}: got triple-double, expected double, ext"):
-            integrate(scene, "triple-double")
-    reference = load_scene("reference")
-    setup = Setup.of(reference, "double-double", options={"compact_mode": True})
-    with pytest.raises(InputError, match=r"options: got compact_mode with precision double-double"):
-        Trajectory.of(reference, setup)
-
-
 def test_events_beyond_lost_contact_are_found_and_it_is_said(lost: Trajectory) -> None:
     scene = load_scene("contact-lost")
     run = integrate(scene, "double-double", events=("theta_min",), contact="bilateral")
     assert run.status == "contact_ignored"
     before = lost.events[lost.events["name"] == "theta_min"]
     assert len(run.events) >= len(before) > 0
-
-
-@pytest.mark.slow
-def test_runs_beyond_lost_contact_end_as_heyokas_do(rough: Scene) -> None:
-    """On a table that pulls too, one goes on to the horizon and one to singular contact."""
-    scenes = load_scene("contact-lost").varied(until="1.5"), rough
-    for scene, status in zip(scenes, ("contact_ignored", "singular_contact"), strict=True):
-        heyoka, run = (
-            integrate(scene, name, events=(), contact="bilateral")
-            for name in ("extended", "double-double")
-        )
-        assert run.status == heyoka.status == status
-        assert abs(run.t_end - heyoka.t_end) < 1e-15
-        assert abs(run.state.kx - heyoka.state.kx) < 1e-12
 
 
 @pytest.mark.slow

@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from tt_precise.integration.precision import Precision, finer, precision_named
+from tt_precise.integration.precision import LONG_DOUBLES, Precision, precision_named
 from tt_precise.runtime.values import InputError
 
-PRECISIONS = [precision_named(name) for name in ("double", "extended", "quad")]
+PRECISIONS = [precision_named(name) for name in ("double", "quad")]
 PRECISIONS += [precision_named("mp", bits) for bits in (54, 200, 1001)]
 # decimal exponents: inside the range of double, at its ends, and beyond, where there is a beyond
 EXPONENTS = {"double": (-300, -5, 0, 300), "mp": (-5000, -308, 0, 308, 5000)}
@@ -55,15 +55,10 @@ def test_what_has_no_digits_stays_as_it_is(precision: Precision, special: str) -
     assert precision.context.isnan(out) if special == "nan" else out == float(special)
 
 
-@each
-def test_finer_has_at_least_three_more_digits(precision: Precision) -> None:
-    assert finer(precision).eps < precision.eps / 1000
-
-
 @pytest.mark.parametrize(
     ("name", "bits", "expected"),
     [
-        ("octuple", None, "expected one of: double, extended, double-double, quad"),
+        ("octuple", None, "expected one of: double, double-double, quad"),
         ("quad", 200, "expected bits only with mp"),
         ("mp", 53, "expected a whole number between 54 and 20000"),
         ("mp", 20_001, "expected a whole number between 54 and 20000"),
@@ -75,22 +70,11 @@ def test_refuses(name: str, bits: Any, expected: str) -> None:
         precision_named(name, bits)
 
 
-def test_extended_is_refused_where_it_is_not_wider(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tt_precise.integration.precision._has_80_bit_floats", lambda: False)
-    with pytest.raises(InputError, match="expected quad"):
-        precision_named("extended")
-    assert finer(precision_named("double")).name == "quad"
-
-
-@each
-@pytest.mark.parametrize("text", ["1/3", "-2/7", "154.3", "1e-30", "-1e20"])
-def test_the_other_side_is_the_next_number(precision: Precision, text: str) -> None:
-    exact = precision.exact(Fraction(text))
-    rounded = precision.with_guard_bits(precision.number(exact))
-    other = precision.opposite_neighbour(exact)
-    if rounded == exact:
-        assert other == exact
-    else:
-        assert min(rounded, other) < exact < max(rounded, other)
-        assert precision.with_guard_bits(precision.number(other)) == other
-        assert 0 < abs(other - rounded) <= precision.eps * abs(exact)
+@pytest.mark.parametrize("text", ["1/3", "7/100", "123456789/1000000007", "1/9007199254740993007"])
+def test_exact_times_are_long_doubles(text: str) -> None:
+    (time,) = LONG_DOUBLES.of_fractions([Fraction(text)])
+    number = Fraction(*float(time).as_integer_ratio())
+    number += Fraction(*float(time - float(time)).as_integer_ratio())
+    assert abs(number / Fraction(text) - 1) <= Fraction(1, 2**63)
+    # the control: a double is further off
+    assert abs(Fraction(float(Fraction(text))) / Fraction(text) - 1) > Fraction(1, 2**60)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Any
 
-import mpmath
 import numpy
 import pytest
 
-from tt_precise.integration import Trajectory, integrate, precision
-from tt_precise.integration.dense_output import NO_HITS
+from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 # MPFR's sines and exponentials are not always rounded as mpmath's, nor a time within a piece the
@@ -96,68 +93,14 @@ def test_times_need_no_order_and_the_ends_are_the_runs_own(run: Trajectory) -> N
 def test_events_have_mpmaths_states(run: Trajectory) -> None:
     names = ("theta", "phi_dot", "g_n")
     table = run.event_table(names)
-    hits = NO_HITS if run.scene.in_pieces else run.run.segments[0].output.propagation.found.hits
+    hits = run.run.segments[0].run.found.hits
     assert len(hits) or run.scene.in_pieces or run.scene.name in ("upright", "contact-lost")
-    for row, state in enumerate(hits.state.tolist()):
-        q = run.run.columns.motion(tuple(map(run.precision.context.mpf, state)))
+    back = run.precision.mpfr.back
+    for row in () if run.scene.in_pieces else range(len(hits)):
+        q = run.run.columns.motion(tuple(back(x[row]) for x in hits.state))
         for name in names:
             unit = run.start.units.of_dimension(QUANTITIES[name].dimension)
             assert _same(run, table[name][row], QUANTITIES[name].evaluate(q) * unit)
-
-
-EPS = 2.0**-52
-RECORDED = ("theta_min", "phi_dot_zero", "equator")
-
-
-def read(scene: Scene) -> tuple[Any, Any, Any]:
-    """Rows as text, drift and events of a run."""
-    names = [name for name in RECORDED if scene.model == "gliding" or name != "phi_dot_zero"]
-    run = integrate(scene, events=names, record=("phi", "x"))
-    rows = run.frame(*QUANTITIES, "kx", "vx", "phi", "x", numbers="text")
-    return rows, run.drift, run.events
-
-
-@pytest.fixture(scope="module", params=["reference", "rolling", "contact-lost"])
-def both(request: pytest.FixtureRequest) -> list[Any]:
-    """Return the rows of one run as read by arrays and by mpmath, in pairs."""
-    scene = load_scene(request.param)
-    scene = scene.varied(until=min(scene.until, Fraction(1)))
-    arrays = read(scene)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(precision, "has_long_double", lambda: False)
-        return list(zip(arrays, read(scene), strict=True))
-
-
-def test_text_is_the_nearest_double(both: list[Any]) -> None:
-    arrays, by_row = both[0]
-    for name, column in by_row.items():
-        largest = max(abs(mpmath.mpf(text)) for text in column if text is not None)
-        for got, expected in zip(arrays[name], column, strict=True):
-            assert (got is None) == (expected is None), name
-            if got is not None:
-                # time is known to 64 bits there, and fast entries move by some eps in that
-                assert abs(mpmath.mpf(got) - mpmath.mpf(expected)) <= 4 * EPS * largest, name
-                assert repr(float(got)) == got
-
-
-def test_drift_in_long_double_is_that_of_mpmath(both: list[Any]) -> None:
-    arrays, by_row = both[1]
-    assert arrays.keys() == by_row.keys() >= {"jellett", "axis_norm"}
-    for name, expected in by_row.items():
-        # what a row's time lacks beyond 64 bits, and the arithmetic's own 2^-64, are far below eps
-        assert abs(arrays[name] - expected) < EPS / 20, name
-
-
-def test_events_are_those_of_mpmath(both: list[Any]) -> None:
-    found, by_row = both[2]
-    assert list(found.columns) == list(by_row.columns)
-    assert list(found["name"]) == list(by_row["name"])
-    for name in by_row.columns[1:]:
-        # at a turning point theta_dot is zero but for rounding, beside the other rates
-        kind = ["theta_dot", "phi_dot", "omega_3"]
-        scale = by_row[kind if name in kind else [name]].abs().to_numpy(float).max(initial=0)
-        apart = found[name].to_numpy(float) - by_row[name].to_numpy(float)
-        assert (abs(apart) <= 2 * EPS * scale).all(), name
 
 
 def test_a_table_is_a_frame_without_pandas(double: Trajectory) -> None:

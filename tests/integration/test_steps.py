@@ -7,115 +7,66 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.conftest import Patch
-from tt_precise.integration.steps import Steps
-from tt_precise.integration.zeros import Zeros
-from tt_precise.runtime.values import Array
+from tt_precise.integration.precision import DOUBLES, LONG_DOUBLES
+from tt_precise.integration.steps import Steps, join, of_power_series
 from tt_precise.scene.scene import Scene
 
-# Relative to the largest component: the series in double, and the wide reading of a step.
-IN_DOUBLE = 2.0**-48
-WIDE = {"extended": 2.0**-58, "double-double": 2.0**-98, "quad": 2.0**-104, "mp": 2.0**-110}
+# Relative to the largest component: polynomials in double, and values in the run's arithmetic.
+IN_DOUBLE = 2.0**-44
+WIDE = {
+    "double": 2.0**-46,
+    "double-double": 2.0**-96,
+    "triple-double": 2.0**-146,
+    "quad": 2.0**-104,
+}
 
 
-@pytest.mark.parametrize("precision", ["double", *WIDE])
-def test_series_and_wide_rows_are_the_solution(
-    reference: Scene, precision: str, monkeypatch: Patch
-) -> None:
-    found: list[Steps] = []
-    monkeypatch.setattr(Zeros, "search", lambda self, steps: found.append(steps))
-    words: dict[str, Any] = {"bits": 120} if precision == "mp" else {}
-    run = tt.integrate(reference.varied(until="0.02"), precision, events=("theta_max",), **words)
-    steps, (segment,) = found[0], run.run.segments
+@pytest.mark.parametrize("precision", list(WIDE))
+def test_polynomials_and_values_are_the_solution(reference: Scene, precision: str) -> None:
+    """Against 240 bits; the control is a time that is four eps of double later."""
+    run, truth = (
+        tt.integrate(reference.varied(until="0.02"), name, events=(), bits=bits)
+        for name, bits in ((precision, None), ("mp", 240))
+    )
+    (segment,), (other,) = run.run.segments, truth.run.segments
+    numbers: Any = run.precision.numbers
+    steps, exact = segment.series, truth.precision.mpfr
+    step = numpy.array([len(steps) // 2])
+    position = numpy.array([0.375])
+    time = float(steps.times(step, position)[0])
 
-    def apart(time: Any, values: list[Any]) -> float:
-        (row,) = segment.output.rows([time])
-        with mpmath.workprec(200):
-            return float(max(abs(a - b) for a, b in zip(values, row, strict=True)))
+    def apart(values: list[Any], t: Any) -> float:
+        with exact.precision():
+            row = other.at(exact.array([t]), exact)
+            return max(abs(float(exact.number(a) - b[0])) for a, b in zip(values, row, strict=True))
 
-    step, position = len(steps) // 2, 0.375
-    inside = [float(x[0]) for x in steps.inside(numpy.array([step]), numpy.array([position]))]
-    row = steps.sampled(numpy.array([position])).row
-    assert [float(x[0, step]) for x in row] == pytest.approx(inside)
-    time = steps.begin[step] + position * steps.length[step]
-    assert apart(mpmath.mpf(float(time)), inside) < IN_DOUBLE
-    later = steps.part(step, step + 1)
-    assert [x[0, 0] for x in later.sampled(numpy.array([position])).row] == pytest.approx(inside)
-    if precision == "double":
-        assert steps.wide is None
-        return
-    assert steps.wide is not None
-    assert later.wide is not None
-    for wide, number in ((steps.wide, step), (later.wide, 0)):
-        with run.precision.mpfr.precision():
-            exact, rows = wide.rows(numpy.array([number]), numpy.array([position]))
-        assert apart(wide.back(exact[0]), [wide.back(row[0]) for row in rows]) < WIDE[precision]
-    # the control: four eps of double later they are another state
-    late = wide.back(exact[0]) * (1 + 2.0**-50)
-    assert apart(late, [wide.back(row[0]) for row in rows]) > WIDE[precision]
+    inside = steps.inside(step, position)[:, 0]
+    assert apart([mpmath.mpf(x) for x in inside.tolist()], mpmath.mpf(time)) < IN_DOUBLE
+    sampled = steps.sampled(position)[:, 0, step[0]]
+    assert sampled == pytest.approx(inside, rel=1e-14, abs=1e-16)
+    with run.precision.mpfr.precision():
+        values = [x[0] for x in segment.at(numbers.array([mpmath.mpf(time)]), numbers)]
+        back = [mpmath.mpf(float(x)) if precision == "double" else numbers.back(x) for x in values]
+    assert apart(back, mpmath.mpf(time)) < WIDE[precision]
+    assert apart(back, mpmath.mpf(time) * (1 + mpmath.mpf(2) ** -32)) > WIDE[precision]
 
 
-def steps_of(scene: str, until: str, monkeypatch: Patch) -> Steps:
-    """The steps of a run in double."""
-    found: list[Steps] = []
-    monkeypatch.setattr(Zeros, "search", lambda self, steps: found.append(steps))
-    tt.integrate(scene, until=until, events=("theta_max",))
-    (steps,) = found
-    return steps
+def test_parts_and_joined_blocks_read_the_same_steps(reference: Scene) -> None:
+    run = tt.integrate(reference.varied(until="0.05"), "double-double", events=())
+    steps, numbers = run.run.segments[0].series, run.precision.mpfr
+    parts = [steps.of(slice(None, 3)), steps.of(slice(3, None))]
+    with numbers.precision():
+        times = numbers.array([mpmath.mpf(t) for t in ("0.9", "0.001", "0.3")])
+        one, other = (x.at(times, numbers) for x in (steps, join(parts)))
+    assert all((a == b).all() for a, b in zip(one, other, strict=True))
+    assert len(join(parts)) == len(steps)
 
 
-def lost(steps: Steps, position: float, values: Array) -> Array:
-    """The errors of components at a position in every step, in roundings."""
-    with mpmath.workprec(200):
-        exact = [
-            [mpmath.polyval(list(map(mpmath.mpf, terms[::-1])), span) for terms in step]
-            for step, span in zip(
-                steps.series.tolist(), [mpmath.mpf(x) * position for x in steps.span], strict=True
-            )
-        ]
-        apart = (numpy.array(exact).T - values).astype(float)
-    return abs(apart) * 2.0**53
-
-
-def test_sums_from_the_smallest_term_on_lose_less(monkeypatch: Patch) -> None:
-    """A sum from the largest term on, the control, loses more than four roundings of it."""
-    steps = steps_of("below-threshold", "0.3", monkeypatch)
-    sampled = steps.sampled(numpy.ones(1))
-    inside = steps.inside(numpy.arange(len(steps)), numpy.ones(len(steps)))
-    powers = numpy.vander(steps.span, steps.series.shape[2], increasing=True)
-    forward = numpy.einsum("sct,st->cs", steps.series, powers)
-    found = [lost(steps, 1.0, x) for x in (inside, sampled.row[:, 0], forward)]
-    assert [bool((x <= 4 * sampled.size).all()) for x in found] == [True, True, False]
-
-
-@pytest.mark.parametrize(
-    ("scene", "until"), [("below-threshold", "0.1"), ("regularised-1e-4", "0.01")]
-)
-def test_a_component_has_at_most_the_roundings_that_are_claimed(
-    scene: str, until: str, monkeypatch: Patch
-) -> None:
-    """The control: a fifth of them is too few."""
-    steps, most = steps_of(scene, until, monkeypatch), numpy.zeros(2)
-    for position in (0.5, 0.9, 1.0):
-        sampled = steps.sampled(numpy.array([position]))
-        inside = steps.inside(numpy.arange(len(steps)), numpy.full(len(steps), position))
-        for kind, values in enumerate((inside, sampled.row[:, 0])):
-            found = lost(steps, position, values)
-            assert (found <= sampled.lost).all()
-            most[kind] = max(most[kind], (found[:, 1:] / sampled.lost[:, 1:]).max())
-    assert (most > 0.2).all()
-
-
-@pytest.mark.parametrize("precision", ["double", "quad"])
-def test_a_function_has_the_roundings_of_its_components(precision: str, monkeypatch: Patch) -> None:
-    """A thousand times as many are most of the error in the first step."""
-    found: list[tuple[Zeros, Steps]] = []
-    monkeypatch.setattr(Zeros, "search", lambda self, steps: found.append((self, steps)))
-    run = tt.integrate("reference", precision, until="0.02", events=("zero:E_pot",))
-    ((zeros, steps),) = found
-    sampled = steps.sampled(numpy.array([0.0, 1.0]))
-    sampled = sampled._replace(lost=1000 * sampled.lost)
-    error, doubt = (x[0, 0] for x in zeros._errors(steps, sampled))
-    expected = float(run.scene.body.alpha) * sampled.lost[2, 0]  # E_pot is 1 - alpha kz
-    assert error * 2.0**run.precision.bits == pytest.approx(expected, rel=0.02)
-    assert doubt * 2.0**53 == pytest.approx(expected, rel=0.02)
+def test_a_power_series_is_one_step() -> None:
+    steps: Steps = of_power_series(
+        [[mpmath.mpf(1), 2, 3], [mpmath.mpf(0), 1, 0]], mpmath.mpf("0.5")
+    )
+    assert steps.terms.tolist() == [[[1, 1, 0.75], [0, 0.5, 0]]]
+    for numbers in (DOUBLES, LONG_DOUBLES):
+        square, line = steps.at(numpy.array([0.25], dtype=numpy.longdouble), numbers)
+        assert (square[0], line[0]) == (1.6875, 0.25)

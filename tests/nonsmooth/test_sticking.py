@@ -13,7 +13,6 @@ import tt_precise as tt
 from tests.nonsmooth.conftest import edited, final
 from tt_precise import golden
 from tt_precise.integration import Trajectory
-from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics import friction
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.nonsmooth import lifting, sticking
@@ -65,14 +64,6 @@ def test_the_top_sticks_once_and_slips_once(trajectory: Trajectory) -> None:
     assert [float(t) for t in joints(trajectory)] == [one.end for one in pieces[:-1]]
     counts = trajectory.event_counts
     assert (counts["stick"], counts["slip"]) == (1, 1)
-    assert trajectory.suspect_events == ()
-
-
-def test_an_event_that_is_lost_where_segments_join_is_suspect(monkeypatch: Patch) -> None:
-    names = ("phi_dot_zero", "theta_min")
-    assert tt.integrate(NAME, events=names).suspect_events == ()
-    monkeypatch.setattr(Zeros, "_vanishing", lambda self, end: {*range(len(self.events))})
-    assert tt.integrate(NAME, events=names).suspect_events == ("phi_dot_zero",)
 
 
 # found 15.8 and 14.5 digits, in quad 32.4 and 32.2: slipping multiplies what sticking leaves

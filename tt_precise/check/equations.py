@@ -336,11 +336,11 @@ def through_switches(scene: Scene, row: Array, span: float) -> tuple[Array, floa
             above = SegmentStart.of_run(setup, replace(start, vectors=state))
             segments = [flying(setup, above, start.until * 0)]
         else:
-            segments = backend.run(scene, setup, start, None, None)
+            segments = backend.run(scene, setup, start, None)
     except InputError:  # the law does not say how the motion goes on
         return row, 0.0, 0
     last = segments[-1]
-    there = (*last.columns.motion(last.output.end_row).state, 0, 0)
+    there = (*last.columns.motion(last.end_row).state, 0, 0)
     end = [float(x * unit) for x, unit in zip(there, units, strict=False)]
-    steps = sum(segment.output.propagation.steps for segment in segments)
-    return numpy.array(end), float((last.begin + last.output.end_time) * start.units.time), steps
+    steps = sum(segment.run.steps for segment in segments)
+    return numpy.array(end), float((last.begin + last.end_time) * start.units.time), steps

@@ -33,7 +33,7 @@ FILE = _Written(dir_okay=False, writable=True, path_type=Path)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 PRECISION = click.option(
     "--precision",
-    type=click.Choice(["double", "extended", "double-double", "quad", "triple-double", "mp"]),
+    type=click.Choice(["double", "double-double", "quad", "triple-double", "mp"]),
     help="The arithmetic: 53 bits (the default), 64, 104, 113, 155 or 200.",
 )
 

@@ -35,7 +35,7 @@ ENDS = {
     "not_inverted": "not the inverted spin", "undecided": "undecided",
 }  # fmt: skip
 Texts = dict[str, str | None]
-Arithmetic = Literal["double", "extended", "double-double", "quad", "triple-double", "mp"]
+Arithmetic = Literal["double", "double-double", "quad", "triple-double", "mp"]
 Ending = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed"
 ]
@@ -239,7 +239,7 @@ def times_and_forces(run: Trajectory, *, exactly: bool) -> tuple[Texts, Texts, T
     climb, errors = run.inversion, run.inversion_errors if exactly else {}
     times = {} if climb.equator is None else {"equator": climb.equator, **climb.times}
     columns = ["g_n", *(("error:g_n", "error:t") if exactly else ())]
-    table = run.event_table(columns, {"extremum:g_n"})
+    table = run.event_table(columns)
     rows = [dict(zip(table, cells, strict=True)) for cells in zip(*table.values(), strict=True)]
     ends = run.table("g_n", times=[0, *(part.end for part in run.pieces)], numbers="exact")
     rows += [{"g_n": g_n, "t": t} for g_n, t in zip(ends["g_n"], ends["t"], strict=True)]

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property
 from typing import Any
 
 import numpy
-from mpmath.libmp import MPZ
 
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.precision import Precision
@@ -61,49 +60,14 @@ class State:
     """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
 
     Names are those of the trajectory file: kx ... vy, theta ... nu_y, and the recorded quadratures.
-    For several times each component is an array. ``errors`` are the known errors, with "t" if the
-    time was computed; a printed state shows only the digits that these errors permit.
+    For several times each component is an array. A printed state shows only the digits that its
+    known ``errors`` permit.
     """
 
     t: Scalar
     values: dict[str, Scalar]
     precision: Precision
     errors: Mapping[str, Scalar] = field(default_factory=dict, compare=False)
-
-    @classmethod
-    def stack(cls, states: Sequence[State], precision: Precision) -> State:
-        """Several states as one: float64 arrays in double, with NaN where undefined."""
-        kind, none = (float, numpy.nan) if precision.is_float else (object, None)
-
-        def column(values: list[Scalar]) -> Array:
-            return numpy.array([none if v is None else v for v in values], dtype=kind)
-
-        names = states[0].values if states else ()
-        return cls(
-            column([state.t for state in states]),
-            {name: column([state.values[name] for state in states]) for name in names},
-            precision,
-        )
-
-    def with_errors(self, errors: Mapping[str, Scalar]) -> State:
-        """The state with known ``errors``, with which its wide numbers print.
-
-        Of several times an error is an array.
-        """
-
-        def error(name: str, *row: int) -> Scalar | None:
-            known = errors.get(name)
-            return known[row[0]] if row and known is not None else known
-
-        def column(name: str, value: Scalar) -> Scalar:
-            if not hasattr(value, "dtype"):
-                return carrying(value, partial(error, name))
-            entries = [carrying(x, partial(error, name, i)) for i, x in enumerate(value.tolist())]
-            return numpy.array(entries, dtype=value.dtype)
-
-        carrying = self.precision.carrying
-        values = {name: column(name, value) for name, value in self.values.items()}
-        return State(self.t, values, self.precision, errors)
 
     def __repr__(self) -> str:
         if hasattr(self.t, "__len__"):
@@ -115,20 +79,8 @@ class State:
     def _repr_html_(self) -> str:
         from tt_precise.runtime.tables import as_html
 
-        text, several = self.precision.with_error, hasattr(self.t, "__len__")
-        units = {"t": "s", **{name: unit_of(name) for name in self.values}}
-        rows = [
-            (name, value if several else text(value, self.errors.get(name)), units[name])
-            for name, value in {"t": self.t, **self.values}.items()
-        ]
+        rows = [(name, text, "s" if name == "t" else unit_of(name)) for name, text in self._lines]
         return as_html("State (SI)", rows)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        # mpmath's numbers belong to a context, which cannot be pickled
-        numbers = {"t": self.t, **self.values}
-        plain = {name: _plain(value) for name, value in numbers.items()}
-        errors = {name: _plain(value) for name, value in self.errors.items()}
-        return _state_of, (plain, self.precision, errors)
 
     def __getattr__(self, name: str) -> Scalar:
         try:
@@ -141,13 +93,15 @@ class State:
             raise AttributeError(text, name=name, obj=self) from None
 
     def __str__(self) -> str:
-        shown = {"t": self.t, **self.values}
-        if hasattr(self.t, "__len__"):
-            return "\n".join(f"{name:>9} {value}" for name, value in shown.items())
-        text = self.precision.with_error
-        return "\n".join(
-            f"{name:>9} {text(value, self.errors.get(name))}" for name, value in shown.items()
-        )
+        return "\n".join(f"{name:>9} {text}" for name, text in self._lines)
+
+    @property
+    def _lines(self) -> list[tuple[str, str]]:
+        several, text = hasattr(self.t, "__len__"), self.precision.with_error
+        return [
+            (name, str(value) if several else text(value, self.errors.get(name)))
+            for name, value in {"t": self.t, **self.values}.items()
+        ]
 
     def as_text(self) -> dict[str, Json]:
         """Every value in decimals, enough to recover the working precision; lists of arrays."""
@@ -158,35 +112,6 @@ class State:
             return [self._text(entry) for entry in value]
         text: Json = None if value != value else self.precision.text(value)
         return text
-
-
-def _plain(value: Scalar) -> Any:
-    """A number, or an array of numbers, without a context of mpmath."""
-    if hasattr(value, "_mpf_"):
-        sign, mantissa, exponent, bits = value._mpf_
-        return ("mpf", (int(sign), int(mantissa), int(exponent), int(bits)))
-    if hasattr(value, "dtype") and value.dtype == object:
-        return ("array", [_plain(entry) for entry in value])
-    return value
-
-
-def _number_of(plain: Any, context: Functions) -> Scalar:
-    """The number that ``_plain`` gave, in a context."""
-    if not isinstance(plain, tuple):
-        return plain
-    kind, content = plain
-    if kind == "mpf":
-        return context.make_mpf((content[0], MPZ(content[1]), *content[2:]))
-    numbers = numpy.empty(len(content), dtype=object)
-    numbers[:] = [_number_of(entry, context) for entry in content]
-    return numbers
-
-
-def _state_of(plain: dict[str, Any], precision: Precision, errors: dict[str, Any]) -> State:
-    values = {name: _number_of(value, precision.context) for name, value in plain.items()}
-    t = values.pop("t")
-    known = {name: _number_of(error, precision.context) for name, error in errors.items()}
-    return State(t, values, precision).with_errors(known)
 
 
 def unit_of(name: str) -> str:
@@ -241,16 +166,6 @@ class Columns:
     def motion(self, row: Row) -> Motion:
         """The ``Motion`` of a row."""
         return self.layout.motion(self.start.body, row, self.precision.context)
-
-    def of_rows(self, names: Sequence[Name], rows: Sequence[Row]) -> dict[Any, list[Scalar | None]]:
-        """Named columns (SI) of ``rows``; None where a quantity is undefined."""
-        if not rows:
-            return {name: [] for name in names}
-        mpfr = self.precision.mpfr
-        with mpfr.precision():
-            components = tuple(map(mpfr.array, zip(*rows, strict=True)))
-            columns = self.of_arrays(names, components, mpfr.number, mpfr)
-            return {name: list(map(mpfr.back, values)) for name, values in columns.items()}
 
     def of_arrays(
         self,
@@ -307,23 +222,6 @@ class Columns:
         """The ``Motion`` of rows, given as an array for each entry, or of one row of numbers."""
         body = self.start.once(("body", number), lambda: self.start.body.numbers(number))
         return self.layout.motion(body, components, fn or numpy)
-
-    def states(self, times: Sequence[Scalar], rows: Sequence[Row]) -> list[State]:
-        """The ``State`` (SI) of each row, at dimensionless times with guard bits."""
-        columns = self.of_rows(self.names, rows)
-        unit, to_user = self.start.units.time, self.to_user
-        return [
-            State(
-                to_user(time * unit),
-                dict(zip(columns, map(to_user, row), strict=True)),
-                self.precision,
-            )
-            for time, row in zip(times, zip(*columns.values(), strict=True), strict=True)
-        ]
-
-    def to_user(self, value: Scalar | None) -> Scalar | None:
-        """A number for users: a float in double, else the mpmath number with guard bits."""
-        return float(value) if self.precision.is_float and value is not None else value
 
     def _column_value(
         self, name: Name, row: tuple[Scalar, ...], q: Motion, pose: Callable[[], Pose]
@@ -445,23 +343,6 @@ def digits_over_rows(
         # an entry that is undefined in both, at a pole, has no error
         worst = numpy.fmax.reduce([errors[n] / (unit[n] * scales[n]) for n in errors], initial=0)
         return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
-
-
-def worst_digits(state: State, errors: Mapping[str, Scalar], start: InitialState) -> float:
-    """Return the correct digits of the worst component of one state in any arithmetic."""
-    context = state.precision.context
-    unit = {n: start.units.of_dimension(STATE_DIMENSIONS[n]) for n in state.values}
-    own = {
-        name: None if value is None else context.mpf(value) / unit[name]
-        for name, value in state.values.items()
-    }
-    scales = sizes(start.body.numbers(context.mpf), own, context)
-    digits = [
-        float(-context.log10(errors[name] / (unit[name] * size)))
-        for name, size in scales.items()
-        if errors.get(name)
-    ]
-    return max(0.0, min([*digits, float(state.precision.bits * context.log10(2))]))
 
 
 def digits_of_time(error: Array, time: Array, unit: float) -> Array:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.integration.columns import VECTOR_COLUMNS
-from tt_precise.integration.dense_output import ARRIVED
+from tt_precise.integration.events import ARRIVED
 from tt_precise.integration.inversion import NEEDED, times_of
 from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
@@ -195,7 +195,7 @@ class Derivatives:
     def _fine(self) -> Setup:
         """The set-up of the runs whose differences are quotients and ranges."""
         if refused_in_doubles(self.run.scene):
-            return self._setup("extended", 0.0)
+            return self._setup("quad", 0.0)
         return self._setup("double-double", TOLERANCE)
 
     @cached_property

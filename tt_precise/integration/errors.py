@@ -1,17 +1,15 @@
-"""``Errors``: the estimated errors of a trajectory, by comparison with reference runs.
+"""``Errors``: the estimated errors of a trajectory, by comparison with a finer run.
 
-The exact solution is unknown, so the scene is integrated again: with ``RATIO`` times smaller
-truncation errors, or in a finer arithmetic, and with body and start rounded oppositely. Both are
-compared at the samples. Their states differ so little that the difference is exact, and the
-difference of a column follows to first order. A reference run need not detect events: one step of
+The exact solution is unknown, so the scene is integrated again, in the cheapest arithmetic with a
+tolerance that is ``RATIO`` times smaller. States differ so little that their difference is exact,
+and the difference of a column follows to first order. The finer run detects no events: one step of
 Newton's method gives the zero of an event's function in it.
 """
 
 from __future__ import annotations
 
-import bisect
 import math
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import cache, cached_property
 from types import SimpleNamespace
@@ -19,68 +17,67 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import (
-    POSE_NAMES,
-    Name,
-    digits_of_time,
-    digits_over_rows,
-    worst_digits,
-)
-from tt_precise.integration.dense_output import ARRIVED, Hits, Segment, Times, long_double, to_limbs
+from tt_precise.integration.columns import POSE_NAMES, Name, digits_of_time, digits_over_rows
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import Event
-from tt_precise.integration.precision import finer
+from tt_precise.integration.events import ARRIVED, Event
+from tt_precise.integration.precision import (
+    DOUBLES,
+    LONG_DOUBLES,
+    functions_of,
+    precision_named,
+    times_in,
+)
 from tt_precise.integration.reading import (
     Numbers,
+    States,
+    columns_in,
     drift_columns,
     end_state,
     event_columns,
     is_drift,
-    own_table,
+    rounding_of,
+    seconds_of,
+    states_at,
     table,
-    values_at_end,
 )
-from tt_precise.integration.setup import Setup, full_tolerance
+from tt_precise.integration.segment import Segment
+from tt_precise.integration.setup import full_tolerance, refused_in_doubles
 from tt_precise.integration.solution import Solution
+from tt_precise.integration.steps import Limbs
 from tt_precise.mechanics.quantities import UNITLESS, Quantity, UserFunction
-from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.numerals import as_fraction, shortest_texts
+from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.series import TaylorSeries
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
 TIME, ERROR_OF_TIME = "error", f"{ERROR}t"  # Errors of events' times: alone, and among columns.
-RATIO = 30  # Tolerance of a run over that of its reference run in the same arithmetic.
+RATIO = 30  # Tolerance of a run over that of its finer run, whose own error is then 3 % of it.
+# Tolerance, in eps of double, from which truncation outweighs the roundings of double: a run with
+# full tolerance in the same arithmetic shows the errors.
+COARSE = 1000
 # Time, in units of sqrt(R/g), from an event to the two values that give the slope of a user's
 # function, and terms of the state's series there: four digits of the slope suffice.
 ASIDE, ASIDE_ORDER = 2.0**-20, 4
 SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 
 
-def reference_runs(setup: Setup) -> list[dict[str, Any]]:
-    """The reference runs for a run with ``setup``: the changes for ``Solution.again``.
-
-    A coarse run is compared in its own arithmetic, which costs less. Both round the start and the
-    body, so the reference run rounds each number oppositely. In Euler form, and below
-    ``Kind.rough``, rounding may dominate the error: the reference run is no better, and may agree
-    by chance. Then a second reference run repeats the run with opposite rounding.
-    """
-    precision = setup.precision
-    again = {"events": (), "opposite_rounding": True}
-    if setup.tolerance >= precision.kind.coarse * precision.eps or (
-        precision.doubles and setup.tolerance >= RATIO * full_tolerance(precision)
-    ):
-        rough = precision.doubles or setup.tolerance >= precision.kind.rough * precision.eps
-        if setup.formulation.coordinates == "newton" and rough:
-            # a few steps with RATIO times less err by up to a third, which shows in early events
-            fine = setup.events and not precision.doubles
-            return [again | {"tolerance": 0.0 if fine else setup.tolerance / RATIO}]
-        return [again | {"tolerance": tolerance} for tolerance in (0.0, setup.tolerance)]
-    return [{"events": (), "tolerance": 0.0, "precision": finer(precision)}]
+def finer(run: Solution) -> dict[str, Any]:
+    """Return the changes for ``Solution.again`` that give the finer run."""
+    own, fn, tolerance = run.precision, run.precision.context, run.tolerance
+    if own.is_float and tolerance >= COARSE * own.eps:
+        return {"tolerance": 0.0, "events": ()}
+    again = {"events": (), "options": ()}
+    names = () if refused_in_doubles(run.scene) else ("double-double", "triple-double")
+    for precision in map(precision_named, names):
+        if full_tolerance(precision) <= tolerance / RATIO:
+            return {**again, "precision": precision, "tolerance": float(tolerance / RATIO)}
+    bits = math.ceil(1 - fn.log(tolerance / RATIO, 2))
+    return {**again, "precision": precision_named("mp", bits), "tolerance": 0.0}
 
 
 def errors_of(run: Solution) -> Errors:
-    """The errors of a run by reference runs, which are integrated once."""
+    """The errors of a run; its finer run is integrated when an error is first read."""
     return run.once(Errors, lambda: Errors(run))
 
 
@@ -94,7 +91,6 @@ def table_with_errors(
     wanted: Sequence[Name],
     times: Sequence[Fraction] | Array | None,
     numbers: Numbers,
-    progress: Progress | None = None,
 ) -> dict[Any, Array]:
     """Return ``reading.table`` with columns of estimated errors and of drifts, at the samples.
 
@@ -103,14 +99,14 @@ def table_with_errors(
     estimates = _estimated(wanted)
     drifts = [str(name) for name in wanted if is_drift(name)]
     if not estimates and not drifts:
-        return table(run, wanted, times, numbers, progress)
+        return table(run, wanted, times, numbers)
     if times is not None:
         raise InputError(
             "times: got times with estimated errors or drifts, which exist only at the "
             "samples, expected no times; choose the samples by sample_every of the scene"
         )
     plain = [name for name in wanted if name not in estimates and name not in drifts]
-    columns = table(run, plain or ["theta"], None, numbers, progress)
+    columns = table(run, plain or ["theta"], None, numbers)
     if drifts:
         columns |= drift_columns(run, drifts, numbers)
     estimated = [name for name in estimates.values() if name != DIGITS]
@@ -128,13 +124,11 @@ def _estimated(wanted: Sequence[Name]) -> dict[str, Name]:
     return {name: own.get(column.removesuffix(UNITLESS), column) for name, column in of.items()}
 
 
-def events_with_errors(
-    run: Solution, wanted: Sequence[Name], at: Container[str] | None = None
-) -> dict[Any, Array]:
+def events_with_errors(run: Solution, wanted: Sequence[Name]) -> dict[Any, Array]:
     """Return ``reading.event_columns`` with columns of estimated errors, also of "error:t"."""
     estimates = _estimated(wanted)
     plain = [name for name in wanted if name not in estimates]
-    columns = event_columns(run, plain, at)
+    columns = event_columns(run, plain)
     if estimates:
         names = tuple(set(estimates.values()) - {DIGITS, "t"})
         errors = errors_of(run).events(names)
@@ -142,205 +136,364 @@ def events_with_errors(
     return {name: columns[name] for name in ("name", "t", "direction", *wanted)}
 
 
-def floats(values: Array | Sequence[Scalar]) -> Array:
+def floats(values: Any) -> Array:
     """Numbers of any kind as a float64 array, with NaN for undefined values."""
     if isinstance(values, numpy.ndarray) and values.dtype != object:
         return values.astype(float)
-    return numpy.array([math.nan if _missing(v) else float(v) for v in values])
+    return numpy.array([math.nan if v is None else float(v) for v in values], dtype=float)
 
 
-def distance(values: Array, others: Array, fn: Functions) -> Array:
-    """Absolute distances of two columns, as a float64 array with NaN for undefined values."""
-    kinds = [getattr(column, "dtype", None) for column in (values, others)]
-    if all(kind in (float, numpy.longdouble) for kind in kinds):
-        with numpy.errstate(invalid="ignore"):
-            apart: Array = numpy.abs(values - others).astype(float)
-        return numpy.where(numpy.isfinite(apart), apart, math.nan)
-    pairs = zip(values, others, strict=True)
-    return numpy.array(
-        [
-            math.nan if _missing(a) or _missing(b) else float(abs(fn.mpf(a) - fn.mpf(b)))
-            for a, b in pairs
-        ],
-        dtype=float,
-    )
+class Pair(NamedTuple):
+    """States of a run and of its finer run at the same instants, each within a segment.
+
+    Components are arrays of one arithmetic, or of sums of doubles (instant, limb).
+    """
+
+    index: Array
+    segment: Segment
+    row: Sequence[Array]
+    other: Segment
+    better: Sequence[Array]
+
+    def errors(self, names: Sequence[Name], numbers: Any) -> dict[Any, Array]:
+        """Compute the errors of columns (SI), never below the rounding of a stored value.
+
+        Under the same equations the exact differences of the states are propagated to first order;
+        otherwise, and for user-defined functions and poses, columns are compared.
+        """
+        bits, layouts = (
+            self.segment.setup.precision.bits,
+            [segment.setup.layout for segment in (self.segment, self.other)],
+        )
+        alike = layouts[0] == layouts[1]
+        plain = [n for n in names if alike and not (isinstance(n, Quantity) or n in POSE_NAMES)]
+        others, errors = [name for name in names if name not in plain], dict[Any, Array]()
+        with numpy.errstate(all="ignore"):
+            if plain:
+                row = tuple(map(_deviating, self.row, self.better))
+                columns = self.segment.columns.of_arrays(plain, row, float, deviations())
+                for name, column in columns.items():
+                    known, error = numpy.real(column), abs(numpy.imag(column)) / SMALL
+                    error = error + rounding(known, bits)
+                    errors[name] = numpy.where(numpy.isfinite(known), error, math.nan)
+            if others:
+                mine, theirs = (
+                    columns_in(segment, others, [_summed(x, numbers) for x in row], numbers)
+                    for segment, row in ((self.segment, self.row), (self.other, self.better))
+                )
+                for name in others:
+                    apart = abs((mine[name] - theirs[name]).astype(float))
+                    errors[name] = apart + rounding(mine[name].astype(float), bits)
+        return errors
+
+    def values(self, names: Sequence[Name]) -> dict[Any, Array]:
+        """Compute columns (SI) of the run in double."""
+        row = [x[:, 0] if x.ndim == 2 else x.astype(float) for x in self.row]
+        return columns_in(self.segment, names, row, DOUBLES)
 
 
-def _missing(value: Scalar) -> bool:
-    return value is None or value != value
+def rounding(values: Array, bits: int) -> Array:
+    """Return the roundings of the last of ``bits``, of a state and of a column."""
+    return numpy.spacing(abs(values)) * 2.0 ** max(53 - bits, -1000)
 
 
-class Later(Mapping[Any, Scalar]):
-    """Errors that are computed when they are first read."""
+def _summed(values: Array, numbers: Any) -> Array:
+    return numbers.from_limbs(values) if values.ndim == 2 else values
 
-    def __init__(self, compute: Callable[[], Mapping[Any, Scalar]]):
-        self._compute = compute
 
-    @cached_property
-    def _errors(self) -> Mapping[Any, Scalar]:
-        return self._compute()
-
-    def __getitem__(self, name: Any) -> Scalar:
-        return self._errors[name]
-
-    def __iter__(self) -> Iterator[Any]:
-        return iter(self._errors)
-
-    def __len__(self) -> int:
-        return len(self._errors)
+def _deviating(values: Array, better: Array) -> Array:
+    """Return doubles with their differences from better values as small imaginary parts."""
+    if values.ndim == 2:  # the first doubles are close to each other, so their difference is exact
+        count = min(values.shape[1], better.shape[1])
+        apart = (values[:, :count] - better[:, :count]).sum(axis=1)
+        apart = apart + values[:, count:].sum(axis=1) - better[:, count:].sum(axis=1)
+        values = values[:, 0]
+    else:
+        apart = (values - better).astype(float)
+    deviating = numpy.empty(len(values), dtype=complex)
+    deviating.real, deviating.imag = values.astype(float), SMALL * numpy.nan_to_num(apart)
+    return deviating
 
 
 class Errors:
-    """The errors of a ``run``, by other solutions of its scene, or by ``reference_runs``."""
+    """The errors of a ``run``: its distances from a finer run, or from the solution ``other``."""
 
-    def __init__(self, run: Solution, others: Sequence[Solution] = ()):
-        self._run, self._others = run, tuple(others)
-
-    @cached_property
-    def references(self) -> tuple[Solution, ...]:
-        """The reference runs, integrated when first needed."""
-        if self._others:
-            return self._others
-        return tuple(self._run.again(**changes) for changes in reference_runs(self._run.setup))
+    def __init__(self, run: Solution, other: Solution | None = None):
+        self._run, self._other = run, other
 
     @cached_property
-    def at_end(self) -> dict[str, Scalar]:
-        """Absolute error of each entry of the state at the end (SI), and of ``t_end`` (s).
-
-        Infinite if a reference run ends in another way: then neither can be trusted.
-        """
-        fn, own = self._run.precision.context, values_at_end(self._run)
-        estimate: dict[str, Scalar] = {}
-        for reference in self.references:
-            same, better = reference.status == self._run.status, values_at_end(reference)
-            for name, value in own.items():
-                if value is not None and better[name] is not None:
-                    apart = abs(fn.mpf(value) - fn.mpf(better[name])) if same else fn.inf
-                    estimate[name] = max(apart, estimate.get(name, apart))
-        return estimate
+    def reference(self) -> Solution:
+        """The finer run, integrated when first needed."""
+        return self._other or self._run.again(**finer(self._run))
 
     @property
     def available(self) -> bool:
-        """True if the reference trajectories are integrated already."""
-        return "references" in self.__dict__
+        """True if the finer run is integrated already."""
+        return "reference" in self.__dict__
 
     @property
-    def available_at_end(self) -> Mapping[str, Scalar]:
-        """Errors of the state, and of "t" if the end was computed; empty without references."""
-        if not self.available:
-            return {}
-        of_its_own = self._run.status not in ARRIVED
-        return self.at_end | ({"t": self.at_end["t_end"]} if of_its_own else {})
+    def _numbers(self) -> Any:
+        """The arithmetic of arrays in which both runs are compared."""
+        if self._run.precision.is_float:
+            return LONG_DOUBLES
+        return max(self._run, self.reference, key=lambda run: run.precision.bits).precision.mpfr
+
+    @cached_property
+    def at_end(self) -> dict[str, Scalar]:
+        """Absolute error of each component of the state at the end (SI), and of ``t_end`` (s).
+
+        Infinite if the finer run ends in another way: then neither can be trusted.
+        """
+        run, other, fn = self._run, self.reference, self._run.precision.context
+        own, better = ({"t_end": r.end, **end_state(r).values} for r in (run, other))
+        own["t_end"], same, unit = run.t_end, run.status == other.status, run.precision.eps
+        return {
+            name: abs(fn.mpf(value) - fn.mpf(better[name])) + abs(fn.mpf(value)) * unit
+            if same else fn.inf
+            for name, value in own.items()
+            if value is not None and better[name] is not None
+        }  # fmt: skip
 
     @property
     def digits_at_end(self) -> float:
         """Significant digits of the worst component of the state at the end."""
-        return worst_digits(end_state(self._run), self.at_end, self._run.start)
+        run = self._run
+        values = {n: x for n, x in end_state(run).values.items() if x is not None}
+        columns = {name: numpy.array([float(x)]) for name, x in values.items()}
+        errors = {name: numpy.array([float(self.at_end.get(name, math.inf))]) for name in values}
+        return float(digits_over_rows(columns, errors, run.start, run.precision.bits)[0])
 
     def over_time(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
         """Float64 columns at the samples: t, the errors of ``names`` (SI), and "digits".
 
-        "digits" are those of the state's worst component. An error is the largest distance from a
-        reference run, infinite if one of them has ended in another way.
+        "digits" are those of the state's worst component. An error is infinite where the finer run
+        has ended.
         """
-        run, state = self._run, self._run.columns.names
-        every = tuple(dict.fromkeys([*state, *names]))
-        times = run.sample_times
-        alone = run.alone
-        own = States(alone, times) if alone else None
-        if own:
-            columns = run.columns.of_arrays(state, tuple(own.floats), float)
-        else:
-            columns = own_table(run, state, times, "float")
-        values = {name: floats(column) for name, column in columns.items() if name != "t"}
-        errors = self.at_times(times, every, own)
+        run, state, times = self._run, self._run.columns.names, self._run.sample_times
+        errors = self.at_times(times, tuple(dict.fromkeys([*state, *names])))
+        values = {name: numpy.zeros(len(times)) for name in state}
+        for pair in self._pairs(times):
+            for name, column in pair.values(state).items():
+                values[name][pair.index] = column
         known = {name: errors[name] for name in state}
         digits = digits_over_rows(values, known, run.start, run.precision.bits)
-        seconds = numpy.array([float(t) for t in times])
-        return {"t": seconds, **{name: errors[name] for name in names}, "digits": digits}
+        seconds = seconds_of(run, times)
+        return {"t": seconds, **{name: errors[name] for name in names}, DIGITS: digits}
 
-    def at_times(
-        self, times: Sequence[Fraction], names: Sequence[Name], own: States | None = None
-    ) -> dict[Name, Array]:
-        """The errors (SI) of columns at exact ``times`` (s), where ``own`` are the run's states."""
-        errors = {name: numpy.zeros(len(times)) for name in names}
-        for reference in self.references:
-            for name, apart in self._distances(reference, names, times, own).items():
-                errors[name] = numpy.fmax(errors[name], apart)
+    def at_times(self, times: Sequence[Fraction], names: Sequence[Name]) -> dict[Name, Array]:
+        """The errors (SI) of columns at exact ``times`` (s)."""
+        run, numbers = self._run, self._numbers
+        errors = {name: numpy.full(len(times), math.inf) for name in names}
+        with rounding_of(numbers):
+            for pair in self._pairs(times):
+                for name, error in pair.errors(names, numbers).items():
+                    errors[name][pair.index] = error
+        if run.status not in ARRIVED:  # both runs have their own ends
+            last = numpy.array([t >= as_fraction(run.end) for t in times], dtype=bool)
+            for name in names:
+                errors[name][last] = float(self.at_end.get(str(name), math.nan))
         return errors
 
+    def _pairs(self, times: Sequence[Fraction]) -> list[Pair]:
+        """Return the states of both runs, up to the end of the finer run."""
+
+        def compute() -> list[Pair]:
+            run, other, numbers = self._run, self.reference, self._numbers
+            mine, theirs = run.segments[0], other.segments[0]
+            if self._in_limbs:
+                limbs = _limbs_of(other, times)
+                rows = [_at_limbs(segment, limbs) for segment in (mine, theirs)]
+                return [Pair(numpy.arange(len(times)), mine, rows[0], theirs, rows[1])]
+            end = as_fraction(other.end) * (1 + Fraction(1, 10**15))
+            count = sum(t <= end for t in times)
+            inner = times if count == len(times) else [t for t in times if t <= end]
+            index = numpy.flatnonzero([t <= end for t in times])
+            if run.sample_times is times and count == len(times) and other.status in ARRIVED:
+                inner = other.sample_times
+            return _paired(states_at(run, times, numbers), states_at(other, inner, numbers), index)
+
+        samples = times is self._run.sample_times
+        return self._run.once((self, "pairs"), compute) if samples else compute()
+
+    @property
+    def _in_limbs(self) -> bool:
+        """True if both runs are single segments in sums of doubles, up to the horizon."""
+        return all(
+            run.precision.doubles and len(run.segments) == 1 and run.status in ARRIVED
+            and run.steps and not run.segments[0].setup.phase.has_clock
+            for run in (self._run, self.reference)
+        )  # fmt: skip
+
     def events(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
-        """Columns of the events: name, t, error (s), the errors of ``names`` (SI), "digits"."""
-        return event_errors(self._run, self.references, names)
+        """Columns of the events in order of time: name, t, error (s), errors (SI), and "digits".
+
+        "digits" are the fewest correct digits of the state there and of the time. Errors are
+        infinite if the finer run has ended before, or is in another part of its motion; in double
+        the rounding of the time is added.
+        """
+        run, state, unit = self._run, self._run.columns.names, float(self._run.start.units.time)
+        every, bits = tuple(dict.fromkeys([*state, *names])), run.precision.bits
+        columns: dict[Any, list[Array]] = {n: [] for n in ("name", "t", TIME, *names, DIGITS)}
+        with rounding_of(self._numbers):
+            for row in (x for i in range(len(run.segments)) for x in self._events_of(i, every)):
+                count, seconds = len(row.name), row.time.astype(float) * unit
+                errors = {name: numpy.full(count, math.inf) for name in every}
+                digits = numpy.zeros(count)
+                for pair in row.pairs:
+                    own, values = pair.errors(every, self._numbers), pair.values(every)
+                    # zero behind the event: what the end leaves of a column is its error
+                    cleared = pair.segment.cleared if row.switch else ()
+                    for name, error in own.items():
+                        rest = abs(values[name]) if name in cleared else 0.0
+                        errors[name][pair.index] = numpy.maximum(error, rest)
+                    for name in own.keys() & {*cleared}:
+                        own[name], values[name] = 0 * own[name], 0 * values[name]
+                    known = {name: own[name] for name in state}
+                    values = {name: values[name] for name in state}
+                    digits[pair.index] = digits_over_rows(values, known, run.start, bits)
+                late = row.late * unit
+                digits = numpy.minimum(digits, digits_of_time(late, seconds, unit))
+                late = late + numpy.spacing(seconds) / 2 * run.precision.is_float
+                shown = {"name": row.name, "t": seconds, TIME: late, **errors, DIGITS: digits}
+                for name, column in columns.items():
+                    column.append(shown[name])
+        empty = {"name": numpy.empty(0, object)}
+        return {
+            name: numpy.concatenate(column) if column else empty.get(name, numpy.empty(0))
+            for name, column in columns.items()
+        }
+
+    def _events_of(self, i: int, names: Sequence[Name]) -> Iterator[_Events]:
+        """Give the events inside the segment ``i``, and the event that ends it."""
+        run, other, numbers = self._run, self.reference, self._numbers
+        segment, hits = run.segments[i], run.segments[i].run.found.hits
+        before = _switches(run)[i]
+        if len(hits):
+            time = hits.time + times_in(numbers, [segment.begin])[0]
+            late, pairs = numpy.full(len(hits), math.inf), []
+            begins = [float(s.begin) for s in other.segments[1:]]
+            at = numpy.searchsorted(begins, time.astype(float), side="left")
+            for j in numpy.unique(at).tolist():
+                here = (at == j) & (time.astype(float) <= float(other.end_time))
+                if _switches(other)[j] != before:
+                    continue
+                for name, event in segment.setup.watched.items():
+                    index = numpy.flatnonzero(here & (hits.name == name))
+                    if len(index):
+                        theirs = other.segments[j]
+                        late[index], better = _zeros_of(event, theirs, time[index], numbers)
+                        row = [x[index] for x in hits.state]
+                        pairs.append(Pair(index, segment, row, theirs, better))
+            late = numpy.where(numpy.isfinite(late), late, math.inf)
+            yield _Events(hits.name, time, late, pairs)
+        if segment.ended:
+            end = segment.begin + segment.end_time
+            alike = [
+                s for s, switches in zip(other.segments, _switches(other), strict=True)
+                if (switches, s.ended) == (before, segment.ended)
+            ]  # fmt: skip
+            late, pairs = numpy.array([math.inf]), []
+            for theirs in alike[:1]:
+                late = numpy.array([abs(float(end - theirs.begin - theirs.end_time))])
+                mine, better = ([numbers.array([x]) for x in s.end_row] for s in (segment, theirs))
+                pairs.append(Pair(numpy.arange(1), segment, mine, theirs, better))
+            names_of = numpy.array([segment.ended], dtype=object)
+            yield _Events(names_of, times_in(numbers, [end]), late, pairs, switch=True)
 
     @cached_property
     def digits_throughout(self) -> float:
         """Significant digits that hold at every sample, in every event, and in ``t_end``."""
         run = self._run
-        digits = [*self.over_time()["digits"]]
+        digits = [*self.over_time()[DIGITS], self.digits_at_end]
         if run.event_counts:
-            digits += [*self.events()["digits"]]
+            digits += [*self.events()[DIGITS]]
         if run.status not in ARRIVED:
             error, unit = float(self.at_end["t_end"]), float(run.start.units.time)
             digits.append(digits_of_time(numpy.float64(error), float(run.t_end), unit))
         return float(min(digits))
 
-    def _distances(
-        self,
-        reference: Solution,
-        names: Sequence[Name],
-        times: Sequence[Fraction],
-        own: States | None,
-    ) -> dict[Name, Array]:
-        """Distances of the columns from a reference's columns; NaN where a value is undefined."""
-        arrived, last = self._run.status in ARRIVED, as_fraction(self._run.end)
-        end = float(reference.end) * (1 + 1e-15)  # two runs to one horizon differ by roundings
-        # if the model ends before its horizon, the runs have different ends
-        inner = numpy.array([t <= end and (arrived or t < last) for t in times], dtype=bool)
-        same = own if inner.all() else None
-        distances = compare(
-            self._run, reference, names, [t for t, i in zip(times, inner, strict=True) if i], same
-        )
-        for name in names:
-            apart = numpy.full(len(times), math.inf)
-            apart[inner] = distances[name]
-            if reference.status == self._run.status and not arrived:
-                apart[~inner] = float(self.at_end.get(str(name), math.nan))
-            distances[name] = apart
-        return distances
+
+class _Events(NamedTuple):
+    """Events with dimensionless times and errors of times, and their states in both runs."""
+
+    name: Array
+    time: Array
+    late: Array
+    pairs: Sequence[Pair]
+    switch: bool = False
 
 
-def compare(
-    run: Solution,
-    reference: Solution,
-    names: Sequence[Name],
-    times: Sequence[Fraction],
-    states: States | None = None,
-) -> dict[Name, Array]:
-    """Absolute distances (SI) of the columns ``names`` of two runs, as float64 arrays.
+def _switches(run: Solution) -> list[tuple[str, ...]]:
+    """Return the mode switches before each segment."""
+    ended = [segment.ended for segment in run.segments]
+    return [tuple(filter(None, ended[:i])) for i in range(len(ended))]
 
-    To first order from the exact differences of their ``states``, if both integrate the same
-    equations throughout; otherwise column by column.
+
+def _paired(mine: Sequence[States], theirs: Sequence[States], index: Array) -> list[Pair]:
+    """Return the common instants of two runs; those of the second are numbers in ``index``."""
+    pairs = []
+    for segment, at, row in mine:
+        for other, number, better in theirs:
+            _, first, second = numpy.intersect1d(at, index[number], return_indices=True)
+            if len(first):
+                rows = [x[first] for x in row], [x[second] for x in better]
+                pairs.append(Pair(at[first], segment, rows[0], other, rows[1]))
+    return pairs
+
+
+def _limbs_of(run: Solution, times: Sequence[Fraction]) -> Array:
+    """Return exact times (s) as dimensionless sums of three doubles: axes (time, limb)."""
+    mpfr = run.precision.mpfr
+
+    def compute() -> Array:
+        with mpfr.precision():
+            local = mpfr.of_fractions(times) / mpfr.number(run.start.units.time)
+            return mpfr.to_limbs(local, MOST_LIMBS)
+
+    own = times is run.scene.sample_times
+    return run.start.once("sample times in limbs", compute) if own else compute()
+
+
+def _at_limbs(segment: Segment, times: Array) -> list[Array]:
+    series = segment.series
+    step = numpy.searchsorted(series.begin, times[:, 0], side="left") - 1
+    return series.evaluate(numpy.maximum(step, 0), times, Limbs())
+
+
+def _zeros_of(
+    event: Event, segment: Segment, times: Array, numbers: Any
+) -> tuple[Array, list[Array]]:
+    """Return the delays after ``times`` of a function's zeros, and the states there.
+
+    By one step of Newton's method along the power series at ``times``, or at the segment's end.
     """
-    segment, other = run.alone, reference.alone
-    kinds = [(r.setup.formulation, r.setup.record) for r in (run, reference)]
-    differentiable = not any(isinstance(n, Quantity) or n in POSE_NAMES for n in names)
-    if not (segment and other and kinds[0] == kinds[1] and differentiable):
-        own, others = (own_table(r, names, times, "exact") for r in (run, reference))
-        context = reference.precision.context
-        return {name: distance(own[name], others[name], context) for name in names}
-    if not len(times):
-        return {name: numpy.zeros(0) for name in names}
-    values, apart = (states or States(segment, times)).differences(States(other, times))
-    entries = numpy.empty(values.shape, dtype=complex)
-    entries.real, entries.imag = values, SMALL * apart
-    with numpy.errstate(all="ignore"):
-        carried = segment.columns.of_arrays(names, tuple(entries), float, deviations())
-        errors = {name: numpy.abs(numpy.imag(column)) / SMALL for name, column in carried.items()}
-    return {
-        name: numpy.where(numpy.isfinite(numpy.real(carried[name])), error, math.nan)
-        for name, error in errors.items()
-    }
+    setup, fn = segment.setup, functions_of(numbers)
+    local = times - times_in(numbers, [segment.begin])[0]
+    end = times_in(numbers, [segment.end_time])[0]
+    inner = numpy.where((local < end).astype(bool), local, end)
+    row = segment.at(inner, numbers)
+    body = segment.start.body.numbers(numbers.number)
+    entries, q = setup.layout.moving(body, tuple(row), fn)
+    if event.of_rate or not isinstance(event.function, UserFunction):
+        value = event_value(event, q)
+        if not isinstance(value, TaylorSeries):
+            return numpy.full(len(times), math.inf), row
+        step = -value[0] / value[1]
+    else:  # it has values, but may have no series
+
+        def at(delay: float) -> Scalar:
+            moved = tuple(sum(x[k] * delay**k for k in range(ASIDE_ORDER)) for x in entries)
+            value = event_value(event, setup.layout.motion(body, moved, fn))
+            # of a fraction and a long double NumPy makes an object
+            return value.astype(numpy.longdouble) if fn is numpy else value
+
+        slope = (at(ASIDE) - at(-ASIDE)) / (2 * ASIDE)
+        step = -at(0.0) / numpy.where(slope == 0, math.nan, slope)
+    there = [x[0] + step * (x[1] + step * x[2]) for x in entries]
+    form = setup.formulation
+    before, after = (form.State(*x[: len(form.columns)]) for x in (row, there))
+    delay = form.State.elapsed(step, before, after) + (inner - local)
+    return abs(delay.astype(float)), there
 
 
 @cache
@@ -359,266 +512,3 @@ def deviations() -> Functions:
     return SimpleNamespace(
         atan2=atan2, cos=numpy.cos, sin=numpy.sin, sqrt=numpy.sqrt, exp=numpy.exp, log=numpy.log
     )
-
-
-class States:
-    """The states of a run under one set of equations at some times: axes (entry, time)."""
-
-    def __init__(self, segment: Segment, times: Sequence[Fraction]):
-        self._output, self._times = segment.output, times
-        self.precision = segment.output.precision
-        self.in_long_double = self.precision.in_long_double
-
-    def differences(self, other: States) -> tuple[Array, Array]:
-        """The states, and their exact differences from others at the same times: float64."""
-        both = self, other
-        if all(states.in_long_double for states in both):
-            apart = self.long_doubles - other.long_doubles
-        elif all(states.in_limbs for states in both):
-            count = min(len(self.limbs), len(other.limbs))
-            # the first parts are close to each other, so their differences are exact
-            apart = sum(self.limbs[:count] - other.limbs[:count])
-            apart = apart + sum(self.limbs[count:]) - sum(other.limbs[count:])
-        else:
-            mpfr = max(
-                (states.precision for states in both), key=lambda precision: precision.bits
-            ).mpfr
-            with mpfr.precision():
-                apart = self.mpfr - other.mpfr
-        return self.floats, apart.astype(float)
-
-    @cached_property
-    def floats(self) -> Array:
-        """The states in float64."""
-        if self.in_long_double:
-            return self.long_doubles.astype(float)
-        return self.limbs[0] if self.in_limbs else self.mpfr.astype(float)
-
-    @property
-    def in_limbs(self) -> bool:
-        """True if all series are stored, in several doubles."""
-        return bool(self.precision.doubles) and self._output.has_series
-
-    @cached_property
-    def long_doubles(self) -> Array:
-        """The states in long double."""
-        return numpy.array(self._output.arrays(self._output.times(self._times), long_double))
-
-    @cached_property
-    def limbs(self) -> Array:
-        """The states in several doubles, along the first axis."""
-        samples = self._output.samples
-        if samples and tuple(self._times) == samples.exact:
-            moments = samples.limbs
-        else:
-            moments = to_limbs(self._times, self._output.start.units.time, self.precision.mpfr)
-        states: Array = self._output.to_limbs(moments).transpose(1, 2, 0)
-        return states
-
-    @cached_property
-    def mpfr(self) -> Array:
-        """The states in wide numbers."""
-        return numpy.array(self._output.mpfr_arrays(self.precision.mpfr.of_fractions(self._times)))
-
-
-class Stage(NamedTuple):
-    """A segment, and the mode switches before it."""
-
-    segment: Segment
-    before: tuple[str, ...]
-
-
-def _stages(run: Solution) -> list[Stage]:
-    ends = [segment.ended for segment in run.segments]
-    return [
-        Stage(segment, tuple(filter(None, ends[:place])))
-        for place, segment in enumerate(run.segments)
-    ]
-
-
-def event_errors(
-    run: Solution, references: Sequence[Solution], wanted: Sequence[Name] = ()
-) -> dict[Any, Array]:
-    """Columns of the events in order of time: name, t, error (s), errors (SI), and "digits".
-
-    The error of a column in ``wanted`` is that of its value as ``event_columns`` gives it, at the
-    event's own time. "digits" are the fewest correct digits of the state there and of the time. An
-    error is the largest of the distances from ``references``, infinite if one of them has ended
-    before, or is in another part of its motion; in double the rounding of the time is added.
-    """
-    unit = float(run.start.units.time)
-    others = [(float(reference.end) / unit, _stages(reference)) for reference in references]
-    names: list[str] = []
-    columns: list[tuple[Array, Array, Array, Array]] = []
-    for part in _stages(run):
-        hits = part.segment.output.propagation.found.hits
-        names += hits.name.tolist()
-        columns.append(_errors_within(part, hits, others, wanted))
-        if part.segment.ended:
-            names.append(part.segment.ended)
-            columns.append(_errors_of_switch(part, [parts for _, parts in others], wanted))
-    times, errors, digits, apart = (
-        numpy.concatenate(column, axis=-1) for column in zip(*columns, strict=True)
-    )
-    most = run.precision.bits * math.log10(2)
-    digits = numpy.minimum(numpy.minimum(digits, digits_of_time(errors, times, unit)), most)
-    if run.precision.is_float:
-        errors = errors + numpy.spacing(times) / 2
-    rows = numpy.array(names, dtype=object)
-    known = dict(zip(wanted, apart, strict=True))
-    return {"name": rows, "t": times, TIME: errors, **known, "digits": digits}
-
-
-def _errors_within(
-    part: Stage,
-    hits: Hits,
-    others: Sequence[tuple[float, Sequence[Stage]]],
-    wanted: Sequence[Name],
-) -> tuple[Array, Array, Array, Array]:
-    """Times and errors (s) of the events inside a segment, digits of their states, and errors.
-
-    ``others`` are the ends (dimensionless) and the parts of reference runs. The last array has the
-    errors (SI) of the columns ``wanted``: axes (column, event).
-    """
-    of = part.segment.columns
-    unit = float(of.start.units.time)
-    times = (float(part.segment.begin) + hits.time.astype(float)) * unit
-    errors, digits = numpy.zeros(len(hits)), numpy.full(len(hits), math.inf)
-    apart = numpy.zeros((len(wanted), len(hits)))
-    for last, parts in others:
-        alike: dict[tuple[str, int], list[int]] = {}
-        begins = [float(other.segment.begin) * unit for other in parts]
-        for place, name in enumerate(hits.name):
-            at = max(bisect.bisect_left(begins, times[place]) - 1, 0)
-            alike.setdefault((name, at), []).append(place)
-        for (name, at), places in alike.items():
-            event = part.segment.output.setup.watched[name]
-            here = hits.of(numpy.array(places))
-            late, right, far = _distances_of(part, here, event, parts[at], last, wanted)
-            errors[places] = numpy.maximum(errors[places], late)
-            digits[places] = numpy.minimum(digits[places], right)
-            apart[:, places] = numpy.maximum(apart[:, places], far)
-    return times, errors, digits, apart
-
-
-def _errors_of_switch(
-    part: Stage, others: Sequence[Sequence[Stage]], wanted: Sequence[Name]
-) -> tuple[Array, Array, Array, Array]:
-    """Time, error (s), digits and errors, as ``_errors_within``, of the end of a segment."""
-    of, context = part.segment.columns, part.segment.columns.precision.context
-    (time, state), values = _end(part), of.of_rows(wanted, [part.segment.output.end_row])
-    shown = {name: list(map(of.to_user, column)) for name, column in values.items()}
-    rest = [[abs(shown[n][0] or 0) if n in part.segment.cleared else 0.0] for n in wanted]
-    error, digits, far = 0.0, math.inf, numpy.array(rest, dtype=float).reshape(len(wanted), 1)
-    for parts in others:
-        same = [
-            p for p in parts if (p.before, p.segment.ended) == (part.before, part.segment.ended)
-        ]
-        if not same:
-            error, digits, far = math.inf, 0.0, numpy.full_like(far, math.inf)
-            continue
-        other_time, other_state = _end(same[0])
-        error = max(error, float(abs(time - other_time)))
-        if wanted:
-            there = of.of_rows(wanted, [same[0].segment.output.end_row])
-            distances = [distance(shown[name], there[name], context) for name in wanted]
-            far = numpy.maximum(far, distances)
-        apart = {name: distance(state[name], other_state[name], context) for name in state}
-        values = {name: floats(column) for name, column in state.items()}
-        right = digits_over_rows(values, apart, of.start, of.precision.bits)
-        digits = min(digits, float(right[0]))
-    return numpy.array([float(time)]), numpy.array([error]), numpy.array([digits]), far
-
-
-def _end(part: Stage) -> tuple[Scalar, Mapping[str, Sequence[Scalar | None]]]:
-    """The time (s) at which a segment ends, and the columns of the state at this time."""
-    of, output = part.segment.columns, part.segment.output
-    time = (part.segment.begin + output.end_time) * of.start.units.time
-    state = of.of_rows(of.names, [part.segment.output.end_row])
-    return time, state | {name: [time * 0] for name in part.segment.cleared if name in state}
-
-
-def _distances_of(
-    part: Stage,
-    hits: Hits,
-    event: Event,
-    other_part: Stage,
-    last: float,
-    wanted: Sequence[Name],
-) -> tuple[Array, Array, Array]:
-    """Distances in time (s), digits of states, distances of ``wanted``, at an event's times.
-
-    They are those from a reference that ends at the time ``last`` (dimensionless).
-    """
-    late, digits = numpy.full(len(hits), math.inf), numpy.zeros(len(hits))
-    far = numpy.full((len(wanted), len(hits)), math.inf)
-    hits = hits.of(float(part.segment.begin) + hits.time.astype(float) <= last)
-    if not len(hits) or part.before != other_part.before:
-        return late, digits, far
-    of, other = part.segment.columns, other_part.segment.columns
-    mpf, mpfr = other.precision.context.mpf, other.precision.mpfr
-    shift = mpf(part.segment.begin) - mpf(other_part.segment.begin)
-    number: Callable[[Scalar], Scalar] = mpfr.number
-    fn: Functions = mpfr
-    if other.precision.in_long_double:
-        number, fn = long_double, numpy
-    with mpfr.precision(), numpy.errstate(all="ignore"):
-        times = [mpf(time) + shift for time in hits.time.tolist()]
-        delay, there = _zeros(other_part.segment, times, event, number, fn)
-        rows = numpy.frompyfunc(lambda x: number(mpf(x)), 1, 1)(hits.state.T)
-        every = tuple(dict.fromkeys([*of.names, *wanted]))
-        values = of.of_arrays(every, tuple(numpy.array(row.tolist()) for row in rows), number, fn)
-        others = other.of_arrays(every, there, number, fn)
-        apart = {name: abs(values[name] - others[name]).astype(float) for name in of.names}
-        # what a user has of a run in double is rounded
-        shown = {n: values[n].astype(float) if of.precision.is_float else values[n] for n in wanted}
-        rounded = [abs(shown[name] - others[name]).astype(float) for name in wanted]
-    inner, floating = slice(0, len(hits)), {name: floats(values[name]) for name in of.names}
-    late[inner] = numpy.abs(delay) * float(of.start.units.time)
-    digits[inner] = digits_over_rows(floating, apart, of.start, of.precision.bits)
-    if wanted:
-        far[:, inner] = rounded
-    return numpy.where(numpy.isfinite(late), late, math.inf), digits, far
-
-
-def _zeros(
-    segment: Segment,
-    times: Sequence[Scalar],
-    event: Event,
-    number: Callable[[Scalar], Scalar],
-    fn: Functions,
-) -> tuple[Array, tuple[Array, ...]]:
-    """The delays after ``times`` at which an event's function vanishes, and the states then.
-
-    By one step of Newton's method along the power series at ``times``, or at the segment's end.
-    """
-    setup, end = segment.output.setup, segment.output.end_time
-    inner = [min(time, end) for time in times]
-    if fn is numpy:
-        rounded = numpy.array([float(time) for time in inner])
-        rest = numpy.array([float(time - float(time)) for time in inner])
-        rows = segment.output.arrays(Times(rounded, rounded, rest), number)
-    else:
-        rows = tuple(map(fn.array, zip(*segment.output.rows(inner), strict=True)))
-    body = segment.output.start.body.numbers(number)
-    entries, q = setup.layout.moving(body, rows, fn)
-    if event.of_rate or not isinstance(event.function, UserFunction):
-        value = event_value(event, q)
-        if not isinstance(value, TaylorSeries):
-            return numpy.full(len(times), math.inf), rows
-        step = -value[0] / value[1]
-    else:  # it has values, but may have no series
-
-        def at(delay: float) -> Scalar:
-            row = tuple(sum(x[k] * delay**k for k in range(ASIDE_ORDER)) for x in entries)
-            value = event_value(event, setup.layout.motion(body, row, fn))
-            # of a fraction and a long double NumPy makes an object
-            return value.astype(numpy.longdouble) if fn is numpy else value
-
-        slope = (at(ASIDE) - at(-ASIDE)) / (2 * ASIDE)
-        step = -at(0.0) / numpy.where(slope, slope, math.nan)
-    there = tuple(x[0] + step * (x[1] + step * x[2]) for x in entries)
-    form = setup.formulation
-    before, after = (form.State(*entries[: len(form.columns)]) for entries in (rows, there))
-    delay = form.State.elapsed(step, before, after)
-    return delay.astype(float) - [float(t - i) for t, i in zip(times, inner, strict=True)], there

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.formulations import WITHOUT_GLIDING
@@ -18,6 +18,7 @@ from tt_precise.mechanics.vectors import Vector, dot
 from tt_precise.runtime.values import InputError, Scalar, wrong_name
 
 EXTREMUM, ZERO = "extremum:", "zero:"
+ARRIVED = ("complete", "contact_ignored")  # statuses at the horizon of the scene
 
 MOST_EVENTS = 1_000_000  # Largest number of events; bounds memory to 500 MB.
 
@@ -29,7 +30,7 @@ class Event:
     ``direction`` keeps only zeros where the function rises (+1) or falls (-1), 0 keeps both;
     ``gliding`` marks events that exist only where the contact point can glide; ``of_rate`` marks
     zeros of the function's rate along the motion; ``azimuth`` those that need the direction of the
-    axis, as one's own may.
+    axis, as a user's may; ``smooth`` functions neither bend nor jump.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Event:
     gliding: bool = False
     of_rate: bool = False
     azimuth: bool = False
+    smooth: bool = False
 
 
 def axis_fall(q: Motion) -> Scalar:
@@ -105,7 +107,7 @@ _ALL = (
     Event("Lk_equals_Lz", lambda q: alignment(q, +1), "L.k = L.z"),
     Event("Lk_equals_minus_Lz", lambda q: alignment(q, -1), "L.k = -L.z"),
 )  # fmt: skip
-EVENTS = {event.name: event for event in _ALL}
+EVENTS = {event.name: replace(event, smooth=True) for event in _ALL}
 
 # Functions with the same changes of sign as a quantity, or the same extrema, that are smooth at the
 # poles or at rest.

@@ -1,30 +1,23 @@
-"""heyoka's Taylor integrators in double, extended, quad and mp: compiled once, then reused.
+"""heyoka's Taylor integrators in double, quad and mp: compiled once, then reused.
 
 All equations are integrated in dimensionless units (m = R = g = 1).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from types import ModuleType
 from typing import Any, TypeVar
 
-from tt_precise.integration.dense_output import (
-    ARRIVED,
-    DenseOutput,
-    Propagation,
-    Read,
-    Repeat,
-    SampleTimes,
-    Segment,
-    StoredSeries,
-)
 from tt_precise.integration.equations import Equations, longest_step
-from tt_precise.integration.precision import Precision
+from tt_precise.integration.precision import LONG_DOUBLES
+from tt_precise.integration.segment import Propagation, Segment, empty_series, require_few_steps
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
+from tt_precise.integration.steps import Steps, join, of_heyoka
+from tt_precise.integration.zeros import Zeros, nothing_found
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Adaptive, Array, Scalar
@@ -33,6 +26,7 @@ from tt_precise.scene.scene import Scene
 
 LONGEST = 2.0**40  # No propagation whose state has the time gets so far: the state ends it.
 MOST_CUTS = 4  # A failed propagation is cut back to its last good step so often.
+MOST_SAMPLES = 20_000  # States that are stored of a run at its sample times.
 # How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
 # time. Wider types have them at level 0, in a seventh of it: a library does their operations.
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
@@ -49,37 +43,25 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene,
-    setup: Setup,
-    start: InitialState,
-    samples: SampleTimes | None,
-    progress: Progress | None,
+    scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
 ) -> list[Segment]:
     """The run from ``start``, in one segment."""
-    samples = None if needs_series(setup) else samples
+    few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
+    samples = sample_times(start, scene).astype(float) if setup.precision.is_float and few else None
     propagation = propagate(setup, start, samples=samples, progress=progress)
-    again = repeating(setup, start, propagation)
-    output = DenseOutput(setup, start, propagation, again, samples)
-    return [Segment(start.until * 0, output)]
+    return [Segment(start.until * 0, setup, start, propagation)]
 
 
-def needs_series(setup: Setup) -> bool:
-    """True if the series of the steps are computed at once.
+def sample_times(start: InitialState, scene: Scene) -> Array:
+    """Return the dimensionless sample times of a scene, as long doubles."""
 
-    Events need them, and wider arithmetics take longer than the series.
-    """
-    return bool(setup.events) or not setup.precision.is_float
+    def compute() -> Array:
+        unit, until = map(LONG_DOUBLES.number, (start.units.time, start.until))
+        times = LONG_DOUBLES.of_fractions(scene.sample_times) / unit
+        times[-1] = until
+        return times
 
-
-def repeating(setup: Setup, start: InitialState, first: Propagation) -> Repeat:
-    """Return a function that repeats a propagation, for a reader of its series."""
-    until = first.time if first.status == "failed" else None
-
-    def again(read: Read, progress: Progress | None) -> Propagation:
-        plain = setup.but(events=())
-        return propagate(plain, start, until=until, read=read, progress=progress)
-
-    return again
+    return start.once("sample times", compute)
 
 
 def propagate(
@@ -87,163 +69,163 @@ def propagate(
     start: InitialState,
     *,
     until: Scalar = None,
-    read: Read | None = None,
-    samples: SampleTimes | None = None,
+    series: bool = False,
+    samples: Array | None = None,
     progress: Progress | None = None,
     cuts: int = MOST_CUTS,
 ) -> Propagation:
-    """Propagate once from ``start``; returns the outcome in heyoka's numbers.
+    """Propagate once from ``start`` to ``until`` or to the horizon of the start.
 
-    ``until`` (a number of heyoka's type) replaces the horizon of the start. ``read`` receives
-    heyoka's dense output of each bounded block, in order. At ``samples`` a run in double stores its
-    states. A propagation that produces NaN is cut back to its last good step, at most ``cuts``
-    times, and has the status "failed", as has a propagation whose steps are too short ever to reach
-    the horizon.
+    A run in double that looks for no events has Taylor steps only if ``series`` asks for them, and
+    otherwise its states at ``samples``. A propagation that produces NaN ends at its last good step
+    and has the status "failed", as has a propagation whose steps are too short ever to reach the
+    horizon. A shortened propagation may fail again, and is shortened at most ``cuts`` times.
 
-    Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or the function of an event
-    became undefined.
+    Raises ``InputError``: there are too many events or steps, or the function of an event became
+    undefined.
     """
-    form = setup.formulation
-    number, zero = setup.precision.number, setup.precision.context.mpf(0)
-    exact = setup.precision.context.mpf
-    if until is None:
-        horizon = number(exact(LONGEST) if setup.phase.has_clock else start.until)
-    else:
-        horizon = until
-    first = number(exact(setup.phase.first_step))
-    goals = [first, horizon] if setup.phase.first_step and first < horizon else [horizon]
-    zeros, readers = None, [read] if read else []
-    if setup.events:
-        from tt_precise.integration.steps import of_dense_output
-        from tt_precise.integration.zeros import Zeros
-
-        zeros = Zeros(setup, start)
-        readers.append(lambda block: zeros.search(of_dense_output(block, setup, start)))
-    stored = StoredSeries(setup) if read or needs_series(setup) else None
-    if stored:
-        readers.append(stored.append)
+    precision, exact = setup.precision, setup.precision.context.mpf
+    series = series or needs_series(setup)
+    goal = until or (exact(LONGEST) if setup.phase.has_clock else start.until)
+    first = exact(setup.phase.first_step)
     with pooled_integrator(setup.but(events=())) as integrator:
         integrator.begin(setup, start)
-        longest = longest_step(
-            start.body, start.vectors, integrator.adaptive.order, setup.precision, setup.phase
-        )
-        limits = {} if longest is None else {"max_delta_t": number(longest)}
-        outcome, steps, taken = _advance(
-            integrator, goals, readers, samples, progress, setup.precision, limits
-        )
+        run = _BlockwiseRun(setup, start, integrator, goal, progress)
+        run.samples = None if series else samples
+        outcome = outcomes().time_limit
+        for target in (first, goal) if 0 < first < goal else (goal,):
+            if outcome == outcomes().time_limit:
+                outcome = run.advance(target, series)
         status = status_of(outcome, integrator.terminal)
+        if status == "failed" and outcome == outcomes().err_nf_state:
+            last = _last_good_time(setup, start, integrator, goal)
+            if not last or not cuts:
+                row, size = start.first_row(setup.formulation, setup.record), len(run.row)
+                return Propagation(
+                    status, last, row, 0, integrator.adaptive.order, nothing_found(setup),
+                    lambda: empty_series(size),
+                )  # fmt: skip
+            cut = propagate(setup, start, until=last, series=series, cuts=cuts - 1)
+            return cut._replace(status=status)
+        time, row = run.time, run.row
         if (
             status == "complete"
             and setup.contact == "bilateral"
-            and left_the_table(form.model, start, setup.precision.context, bool(integrator.losses))
+            and left_the_table(
+                setup.formulation.model, start, precision.context, bool(integrator.losses)
+            )
         ):
             status = "contact_ignored"
-        if status != "failed":
-            propagation = _propagation_of(integrator, status, steps)
-            if zeros:
-                with_guard_bits = setup.precision.with_guard_bits
-                end = None if status in ARRIVED else [*map(with_guard_bits, propagation.state)]
-                propagation = replace(propagation, found=zeros.collect(end))
-            series = stored.blocks if stored else None
-            return replace(propagation, series=series, samples=taken)
-        last_good = integrator.adaptive.time
-        if outcome == outcomes().err_nf_state:
-            last_good = _time_before_failure(setup, start, integrator, horizon)
-        if last_good == number(zero):
-            integrator.begin(setup, start)
-            return _propagation_of(integrator, status, 0)
-    if not cuts:  # no time is good
-        last_good = number(zero)
-    propagation = propagate(setup, start, until=last_good, cuts=cuts - 1)
-    return replace(propagation, status="failed")
+        order, blocks = integrator.adaptive.order, run.blocks
+    found = run.zeros.collect() if run.zeros else nothing_found(setup)
+
+    def steps() -> Steps:
+        if series:
+            return join(blocks) if blocks else empty_series(len(row))
+        end = time if status == "failed" else until
+        return propagate(setup, start, until=end, series=True).series()
+
+    return Propagation(status, time, row, run.steps, order, found, steps, run.taken)
 
 
-def _advance(
-    integrator: Integrator,
-    goals: list[Scalar],
-    readers: Sequence[Read],
-    samples: SampleTimes | None,
-    progress: Progress | None,
-    precision: Precision,
-    limits: dict[str, Any],
-) -> tuple[Any, int, Array | None]:
-    """Outcome, steps and states at ``samples`` of a propagation from goal to goal, by blocks.
+def needs_series(setup: Setup) -> bool:
+    """True if the Taylor steps are computed at once.
+
+    Events need them, and wider arithmetics take longer than the series.
+    """
+    return bool(setup.events) or not setup.precision.is_float
+
+
+class _BlockwiseRun:
+    """A propagation by blocks of steps.
 
     Between the blocks, and between the steps of wide arithmetics, Python runs: then progress is
-    reported and Ctrl-C works. The outcome is ``step_limit`` if a whole block covered less than eps
-    of the horizon (mu = 1e300): the rest would take 1/eps more blocks. There are states, axes
-    (time, entry), if the first block after the tiny block reaches the last sample: otherwise heyoka
-    would begin another grid a rounding away from the end of the last step.
+    reported and Ctrl-C works.
     """
-    kinds, taken = outcomes(), None
 
-    def report(adaptive: Adaptive) -> bool:
-        if progress and goals[-1]:
-            progress(min(1.0, float(adaptive.time) / float(goals[-1])))
+    def __init__(
+        self, setup: Setup, start: InitialState, integrator: Integrator, goal: Scalar,
+        progress: Progress | None,
+    ):  # fmt: skip
+        self.setup, self.start, self.adaptive = setup, start, integrator.adaptive
+        self.goal, self.progress = goal, progress
+        self.zeros = Zeros(setup, start) if setup.events else None
+        self.blocks, self.steps = list[Steps](), 0
+        self.samples: Array | None = None
+        self.taken: Array | None = None
+        number, precision = setup.precision.number, setup.precision
+        order = self.adaptive.order
+        longest = longest_step(start.body, start.vectors, order, precision, setup.phase)
+        self.limits: dict[str, Any] = {"max_steps": precision.kind.steps}
+        if longest is not None:
+            self.limits["max_delta_t"] = number(longest)
+        if precision.kind.in_software:
+            self.limits["callback"] = self._report
+
+    @property
+    def time(self) -> Scalar:
+        """The time, which a step to an event leaves between two numbers."""
+        return sum(map(self.setup.precision.with_guard_bits, self.adaptive.dtime))
+
+    @property
+    def row(self) -> tuple[Scalar, ...]:
+        """The state."""
+        # one at a time: arrays of heyoka's reals leak memory
+        state, widen = self.adaptive.state, self.setup.precision.with_guard_bits
+        return tuple(widen(state[i]) for i in range(len(state)))
+
+    def _report(self, adaptive: Adaptive) -> bool:
+        if self.progress and self.goal:
+            self.progress(min(1.0, float(adaptive.time) / float(self.goal)))
         return True
 
-    with_guard_bits = precision.with_guard_bits
-    keywords: dict[str, Any] = {"max_steps": precision.kind.steps, **limits}
-    if precision.in_software:
-        keywords["callback"] = report
-    steps, outcome = 0, kinds.time_limit
-    for goal in goals:
-        if outcome != kinds.time_limit:
-            break
-        outcome = kinds.step_limit
-        advance, crawl = with_guard_bits(goal), precision.eps * with_guard_bits(goal)
-        while outcome == kinds.step_limit and advance >= crawl:
-            before = integrator.adaptive.time
-            if samples is not None and goal == goals[-1]:
-                wanted, samples = samples.doubles.rounded[1:], None
-                outcome, _, _, count, _, states = integrator.adaptive.propagate_grid(
-                    [before, *wanted], **keywords
-                )
-                taken = states[1:] if len(states) > len(wanted) else None
+    def advance(self, goal: Scalar, series: bool) -> Any:
+        """Propagate to a goal and return heyoka's outcome.
+
+        It is ``step_limit`` if a whole block covered less than eps of the horizon (mu = 1e300): the
+        rest would take 1/eps more blocks. States at the samples exist if the first block reaches
+        the last sample: otherwise heyoka would begin another grid a rounding away from the end of
+        the last step.
+        """
+        precision, adaptive, limit = self.setup.precision, self.adaptive, outcomes().step_limit
+        while True:
+            before = adaptive.time
+            if self.samples is not None:
+                grid, self.samples = self.samples, None
+                times = [before, *grid[1:]]
+                outcome, _, _, count, _, rows = adaptive.propagate_grid(times, **self.limits)
+                self.taken = rows if len(rows) == len(grid) else None
             else:
-                outcome, _, _, count, output, _ = integrator.adaptive.propagate_until(
-                    goal, c_output=bool(readers), **keywords
+                outcome, _, _, count, output, _ = adaptive.propagate_until(
+                    precision.number(goal), c_output=series, **self.limits
                 )
-                for read in readers if output is not None else ():
-                    read(output)
-            steps += count
-            advance = with_guard_bits(integrator.adaptive.time - before)
-            report(integrator.adaptive)
-    return outcome, steps, taken
+                if output is not None:
+                    self.blocks.append(of_heyoka(output, self.setup, self.start))
+                    if self.zeros:
+                        self.zeros.search(self.blocks[-1])
+            self.steps += count
+            self._report(adaptive)
+            advance = precision.with_guard_bits(adaptive.time - before)
+            if outcome != limit or advance < precision.eps * goal:
+                return outcome
+            require_few_steps(self.steps, float(adaptive.time), float(goal))
 
 
-def _propagation_of(integrator: Integrator, status: str, steps: int) -> Propagation:
-    time, time_low = integrator.adaptive.dtime
-    return Propagation(
-        status=status,
-        time=time,
-        time_low=time_low,
-        state=_values(integrator.adaptive),
-        steps=steps,
-        order=integrator.adaptive.order,
-    )
-
-
-def _time_before_failure(
-    setup: Setup, start: InitialState, integrator: Integrator, horizon: Scalar
+def _last_good_time(
+    setup: Setup, start: InitialState, integrator: Integrator, goal: Scalar
 ) -> Scalar:
+    """Return the beginning of the last step before the state becomes NaN."""
     integrator.begin(setup, start)
-    last = integrator.adaptive.time
+    times, horizon = [integrator.adaptive.time], setup.precision.number(goal)
 
     def watch(adaptive: Adaptive) -> bool:
-        nonlocal last
-        good = all(value - value == 0 for value in _values(adaptive))
-        # a failure just after the horizon of a shortened run shortens it further
-        last = adaptive.time if good and adaptive.time < horizon else last
+        good = all(x - x == 0 for x in (adaptive.state[i] for i in range(len(adaptive.state))))
+        if good and adaptive.time < horizon:
+            times.append(adaptive.time)
         return good
 
     integrator.adaptive.propagate_until(horizon, callback=watch)
-    return last
-
-
-def _values(adaptive: Adaptive) -> tuple[Scalar, ...]:
-    # one at a time: arrays of heyoka's reals leak memory
-    return tuple(adaptive.state[i] for i in range(len(adaptive.state)))
+    return setup.precision.with_guard_bits(times[-1])
 
 
 @cache

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -89,12 +89,6 @@ class InversionTimes:
         ends = ("t_init", "t_end")
         return {f"{end}_{d}": getattr(getattr(self, d), end) for d in "ABC" for end in ends}
 
-    def of_each(self, convert: Callable[[str, Scalar], Scalar]) -> InversionTimes:
-        """The times, each converted with its name ("equator", "t_init_A", ...)."""
-        new = {name: convert(name, t) for name, t in self.times.items()}
-        climbs = (Climb(new[f"t_init_{d}"], new[f"t_end_{d}"]) for d in "ABC")
-        return InversionTimes(convert("equator", self.equator), *climbs)
-
     def __repr__(self) -> str:
         if self.equator is None:
             return "<InversionTimes: theta = pi/2 is not passed>"
@@ -143,9 +137,8 @@ def errors_of_times(run: Solution) -> dict[str, float]:
 
 def _events(run: Solution) -> tuple[dict[str, Array], Scalar]:
     """The events of the climb, and pi."""
-    at = ("theta_min", "theta_max", "equator")
     pi = math.pi if run.precision.is_float else +run.precision.context.pi
-    return event_columns(with_climb(run), ("theta", "phi_dot"), at), pi
+    return event_columns(with_climb(run), ("theta", "phi_dot")), pi
 
 
 def _mirrored(run: Solution) -> bool:

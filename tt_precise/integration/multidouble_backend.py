@@ -1,149 +1,40 @@
 """One propagation in double-double or triple-double, by ``taylor`` instead of heyoka.
 
-This module computes steps, series, events and ends; equations, event functions and terminal
-functions are those of the heyoka backend.
+This module computes steps, series, events and ends; equations, event functions and the ends of a
+phase are those of the heyoka backend.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, lru_cache, partial
-from typing import TYPE_CHECKING, NamedTuple
+from functools import lru_cache, partial
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
-from tt_precise.integration.dense_output import (
-    ARRIVED,
-    NO_HITS,
-    NOTHING_FOUND,
-    DenseOutput,
-    Hits,
-    Propagation,
-    Read,
-    SampleTimes,
-    Segment,
-    StoredSeries,
-)
-from tt_precise.integration.equations import longest_step, terminal_functions
-from tt_precise.integration.events import TERMINAL, Event
+import numpy
+
+from tt_precise.integration.columns import Row
+from tt_precise.integration.equations import Equations, longest_step
+from tt_precise.integration.events import Event
+from tt_precise.integration.heyoka_backend import LONGEST
+from tt_precise.integration.segment import Propagation, Segment, empty_series, require_few_steps
 from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
-from tt_precise.mechanics.formulations import Formulation
+from tt_precise.integration.steps import Steps, join, of_block
+from tt_precise.integration.zeros import Zeros, nothing_found
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Array, Functions, Scalar
+from tt_precise.runtime.values import Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
-from tt_precise.taylor.system import StepBlock, System, moments, number, numbers_of, order_of
-
-if TYPE_CHECKING:
-    from tt_precise.integration.zeros import Zeros
-
-
-class _Compiled(NamedTuple):
-    """A system whose outputs are the functions called ``terminal``."""
-
-    system: System
-    terminal: tuple[str, ...]
-
-
-@lru_cache(maxsize=32)
-def _compiled(setup: Setup) -> _Compiled:
-    form, layout = setup.formulation, setup.layout
-    terminal: dict[str, Scalar] = {}
-
-    def define(
-        components: tuple[Scalar, ...], parameters: Sequence[Scalar], fn: Functions
-    ) -> tuple[list[Scalar], list[Scalar]]:
-        body = form.body(parameters)
-        q = layout.motion(body, components, fn)
-        terminal.update(terminal_functions(form, q))
-        return layout.rates(body, components, fn), list(terminal.values())
-
-    system = System(setup.precision.doubles, len(layout.columns), len(form.parameters), define)
-    return _Compiled(system, tuple(terminal))
-
-
-def _terminal(form: Formulation, name: str, q: Motion) -> Scalar:
-    """Return one of the functions that are positive while a top stays on the table."""
-    return terminal_functions(form, q)[name]
-
-
-class ReadPiece:
-    """Some steps with the interface of heyoka's dense output: ``bounds``, ``n_steps``, states."""
-
-    def __init__(self, piece: StepBlock, high: Scalar, size: int, fn: Functions):
-        self._piece, self._size, self._fn = piece, size, fn
-        self.bounds, self.n_steps = (number(piece.begins[0], fn), high), len(piece.begins)
-
-    def at(self, times: Array) -> Array:
-        """Rows at times in parts: axes (time, part, entry)."""
-        return self._piece.at(times)[:, :, : self._size]
-
-    def __call__(self, time: Scalar) -> tuple[Scalar, ...]:
-        return numbers_of(self.at(moments([time]))[0], self._fn)
-
-
-def propagate_in_doubles(
-    setup: Setup,
-    start: InitialState,
-    *,
-    read: Read | None = None,
-    progress: Progress | None = None,
-) -> Propagation:
-    """Propagate once; numbers have guard bits, and are rounded on conversion to doubles.
-
-    ``read`` receives the blocks of steps in order.
-
-    Raises ``InputError``: there are more than ``MOST_EVENTS`` events, or an event needs a function
-    that does not exist here.
-    """
-    fn, until = setup.precision.context, start.until
-    run = _Run(setup, start)
-    tolerance = float(setup.tolerance or full_tolerance(setup.precision))
-    order = order_of(tolerance)
-    row = start.first_row(setup.formulation, setup.record)
-    initial = run.system.initial_data(row, start.parameters(setup.formulation), fn)
-    longest = longest_step(start.body, start.vectors, order, setup.precision)
-    pieces = run.system.pieces(
-        initial,
-        float(until),
-        tolerance,
-        math.inf if longest is None else float(longest),
-    )
-    end = _End("complete", fn.mpf(0), row, 0)
-    steps, zeros, stored = 0, None, StoredSeries(setup)
-    if setup.events:
-        from tt_precise.integration.steps import of_block
-        from tt_precise.integration.zeros import Zeros
-
-        zeros = Zeros(setup, start)
-    for piece in pieces if until else ():
-        end = run.take(piece)
-        steps += end.steps
-        if zeros:
-            zeros.search(of_block(piece, float(end.time), setup))
-        block = ReadPiece(piece, end.time, run.size, fn)
-        stored.append(block)
-        if read:
-            read(block)
-        if progress:
-            progress(min(1.0, float(end.time / until)))
-        if end.status:
-            break
-    assert end.status, "a run goes on until it ends"
-    found = NOTHING_FOUND
-    if zeros:
-        found = zeros.collect(None if end.status in ARRIVED else end.state)
-    return Propagation(
-        end.status, end.time, fn.mpf(0), end.state, steps, order, found, stored.blocks
-    )
+from tt_precise.taylor.system import StepBlock, System, number, numbers_of, order_of
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
-    """Refuse motions in several segments, and heyoka's options."""
-    name = setup.precision.name
-    why = refused_in_doubles(scene)
+    """Refuse functions that sums of doubles lack, and heyoka's options."""
+    name, why = setup.precision.name, refused_in_doubles(scene)
     if why:
-        return f"{scene.name}: got {name}, expected double, extended, quad or mp for {why}"
+        return f"{scene.name}: got {name}, expected double, quad or mp for {why}"
     if setup.options:
         return (
             f"options: got {', '.join(dict(setup.options))} with precision {name}, expected none: "
@@ -153,89 +44,156 @@ def refuses(scene: Scene, setup: Setup) -> str | None:
 
 
 def run(
-    scene: Scene,
-    setup: Setup,
-    start: InitialState,
-    samples: SampleTimes | None,
-    progress: Progress | None,
+    scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
 ) -> list[Segment]:
-    """The run from ``start``, in one segment whose series are stored."""
+    """The run from ``start``, in one segment."""
     propagation = propagate_in_doubles(setup, start, progress=progress)
+    return [Segment(start.until * 0, setup, start, propagation)]
 
-    def again(read: Read, progress: Progress | None) -> Propagation:
-        return propagate_in_doubles(setup.but(events=()), start, read=read, progress=progress)
 
-    output = DenseOutput(setup, start, propagation, again, samples)
-    return [Segment(start.until * 0, output)]
+class _Compiled(NamedTuple):
+    """A system whose outputs are the functions that end a phase, called ``ends``."""
+
+    system: System
+    ends: tuple[str, ...]
+
+
+@lru_cache(maxsize=32)
+def _compiled(setup: Setup) -> _Compiled:
+    form, layout, phase = setup.formulation, setup.layout, setup.phase
+    size, ends = len(form.parameters), dict[str, Scalar]()
+
+    def define(
+        components: tuple[Scalar, ...], parameters: Sequence[Scalar], fn: Functions
+    ) -> tuple[list[Scalar], list[Scalar]]:
+        body = form.body(parameters[:size])
+        q = layout.motion(body, components, fn)
+        equations = Equations(components, (), q, layout)
+        ends.update(phase.ends(equations, parameters[-1], setup.precision))
+        return layout.rates(body, components, fn), list(ends.values())
+
+    limbs, parameters = setup.precision.doubles, size + phase.has_clock
+    system = System(limbs, len(layout.columns), parameters, define, brief=phase.brief)
+    return _Compiled(system, tuple(ends))
+
+
+def propagate_in_doubles(
+    setup: Setup, start: InitialState, *, progress: Progress | None = None
+) -> Propagation:
+    """Propagate once; numbers have guard bits, and are rounded on conversion to doubles.
+
+    Raises ``InputError``: there are too many events or steps.
+    """
+    run, fn, phase = _DoublesRun(setup, start), setup.precision.context, setup.phase
+    system, horizon = run.system, fn.mpf(LONGEST) if phase.has_clock else start.until
+    tolerance = float(setup.tolerance or full_tolerance(setup.precision))
+    order, row = order_of(tolerance), start.first_row(setup.formulation, setup.record)
+    parameters = [*start.parameters(setup.formulation), *[start.until] * phase.has_clock]
+    longest = longest_step(start.body, start.vectors, order, setup.precision, phase)
+    limit = math.inf if longest is None else float(longest)
+    end = _End("" if start.until else "complete", start.until * 0, row)
+    initial = system.initial_data(row, parameters, fn)
+    for piece in system.pieces(initial, float(horizon), tolerance, limit) if start.until else ():
+        end = run.take(piece, horizon)
+        if progress and start.until:
+            progress(min(1.0, float(end.time / horizon)))
+        if end.status:
+            break
+        require_few_steps(run.steps, float(end.time), float(horizon))
+    status = end.status
+    if status == "complete" and setup.contact == "bilateral":
+        ignored = left_the_table(setup.formulation.model, start, fn, bool(run.losses))
+        status = "contact_ignored" if ignored else status
+    found = run.zeros.collect() if run.zeros else nothing_found(setup)
+    blocks, size = run.blocks, run.size
+
+    def steps() -> Steps:
+        return join(blocks) if blocks else empty_series(size)
+
+    return Propagation(status, end.time, end.row, run.steps, order, found, steps)
 
 
 class _End(NamedTuple):
-    """The end of a piece, with a state if the run ends with the piece."""
+    """The end of a piece, and why the run ends with it; "" if it goes on."""
 
-    status: str | None
+    status: str
     time: Scalar
-    state: tuple[Scalar, ...]
-    steps: int
+    row: Row
 
 
-class _Run:
-    """A run: the ends in its pieces so far."""
+class _DoublesRun:
+    """A run: its steps, its events, and the ends so far."""
 
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start, self.fn = setup, start, setup.precision.context
-        self.system, self.terminal = _compiled(
-            setup.but(tolerance=0.0, contact="", options=(), events=())
+        self.size, self.steps, self.losses = len(setup.layout.columns), 0, 0
+        self.system, names = _compiled(setup.but(tolerance=0.0, contact="", options=(), events=()))
+        ends = tuple(
+            Event(name, partial(_end_function, setup, start, name), name, -1, smooth=True)
+            for name in names
         )
-        self.size = len(setup.layout.columns)
-        self.passed = 0  # ends so far, in a run that continues
+        self.ends = Zeros(setup.but(events=ends), start)
+        self.zeros = Zeros(setup, start) if setup.events else None
+        self.blocks: list[Steps] = []
 
-    @cached_property
-    def ends(self) -> Zeros:
-        """The finder of the functions' zeros at which a motion may end."""
-        from tt_precise.integration.zeros import Zeros
+    def take(self, piece: StepBlock, horizon: Scalar) -> _End:
+        """Read the next piece up to its end."""
+        block = of_block(piece, self.size, horizon)
+        end = self._first_end(block, piece)
+        if not end.status and piece.good < len(piece.lengths):
+            row = numbers_of(piece.row(piece.good)[:, : self.size], self.fn)
+            end = _End("failed", number(piece.begins[piece.good], self.fn), row)
+        if end.status:
+            if not end.time:
+                return end
+            block = of_block(piece, self.size, end.time)
+        self.blocks.append(block)
+        self.steps += len(block)
+        if self.zeros:
+            self.zeros.search(block)
+        return end if end.status else self._later_end(block, piece, horizon)
 
+    def _first_end(self, block: Steps, piece: StepBlock) -> _End:
+        """Return the first zero at which the motion ends."""
+        suspect = piece.suspect[piece.suspect < len(block)]
+        passed = len(self.ends.collect().hits)
+        if len(suspect):
+            self.ends.search(block.of(slice(int(suspect[0]), int(suspect[-1]) + 1)))
+        hits, back = self.ends.collect().hits, self.setup.precision.mpfr.back
+        for k in range(passed, len(hits)):
+            end = _End(hits.name[k], back(hits.time[k]), tuple(back(x[k]) for x in hits.state))
+            if end.status == "contact_lost" and self.setup.contact == "bilateral":
+                self.losses += 1
+            elif self._happens(end):
+                return end
+        return _End("", self.fn.mpf(0), ())
+
+    def _happens(self, end: _End) -> bool:
+        """Ask the condition of the phase whether the motion ends."""
+        condition, eps = self.setup.phase.condition, float(self.setup.precision.eps)
+        if not condition:
+            return True
         form = self.setup.formulation
-        events = [Event(n, partial(_terminal, form, n), TERMINAL[n], -1) for n in self.terminal]
-        return Zeros(self.setup.but(events=tuple(events)), self.start)
+        here: Any = SimpleNamespace(state=end.row, pars=self.start.parameters(form), time=end.time)
+        return not condition(form, end.status, eps, self.setup.tolerance)(here, -1)
 
-    def new_ends(self, piece: StepBlock) -> Hits:
-        """Return where functions fall through zero in the next piece, up to the horizon."""
-        if not len(piece.suspect):
-            return NO_HITS
-        from tt_precise.integration.steps import of_block
+    def _later_end(self, block: Steps, piece: StepBlock, horizon: Scalar) -> _End:
+        """Return the end of a piece without zeros: at the horizon, or where steps are too short."""
+        time, mpfr = number(piece.end_time, self.fn), self.setup.precision.mpfr
+        if piece.end_time[0] >= float(horizon):
+            with mpfr.precision():
+                row = tuple(mpfr.back(x[0]) for x in block.at(mpfr.array([horizon]), mpfr))
+            return _End("complete", horizon, row)
+        advance = time - number(piece.begins[0], self.fn)
+        crawls = len(piece.lengths) > 1 and advance < self.setup.precision.eps * horizon
+        row = numbers_of(piece.end_row[:, : self.size], self.fn) if crawls else ()
+        return _End("failed" if crawls else "", time, row)
 
-        steps = of_block(piece, float(self.start.until), self.setup)
-        first, last = int(piece.suspect[0]), min(int(piece.suspect[-1]) + 1, len(steps))
-        if first < last:
-            self.ends.search(steps.part(first, last))
-        ends = self.ends.collect().hits
-        before, self.passed = self.passed, len(ends)
-        return ends.of(slice(before, None))
 
-    def take(self, piece: StepBlock) -> _End:
-        """Return the end of the next piece."""
-        until = self.start.until
-        ends = self.new_ends(piece)
-        for name, time, state in zip(ends.name, ends.time, ends.state, strict=True):
-            if name != "contact_lost" or self.setup.contact != "bilateral":
-                steps = int((piece.begins[:, 0] < float(time)).sum())
-                return _End(name, time, tuple(state), steps)
-        taken = len(piece.lengths)
-        if piece.good < taken or self._crawls(piece):
-            steps = min(piece.good, taken - 1)
-            time, row = piece.begins[steps], piece.row(steps)[:, : self.size]
-            return _End("failed", number(time, self.fn), numbers_of(row, self.fn), steps)
-        if piece.end_time[0] < float(until):
-            return _End(None, number(piece.end_time, self.fn), (), taken)
-        state = ReadPiece(piece, until, self.size, self.fn)(until)
-        ignored = self.setup.contact == "bilateral" and left_the_table(
-            self.setup.formulation.model, self.start, self.fn, bool(self.passed)
-        )
-        return _End("contact_ignored" if ignored else "complete", until, state, taken)
-
-    def _crawls(self, piece: StepBlock) -> bool:
-        """True if the steps are too short to reach the horizon."""
-        advance = number(piece.end_time, self.fn) - number(piece.begins[0], self.fn)
-        return len(piece.lengths) > 1 and bool(
-            advance < self.setup.precision.eps * self.start.until
-        )
+def _end_function(setup: Setup, start: InitialState, name: str, q: Motion) -> Scalar:
+    """Evaluate a function that is positive until a phase ends."""
+    wide = isinstance(q.row[0], numpy.ndarray) and q.row[0].dtype.hasobject
+    precision, convert = setup.precision, setup.precision.mpfr.number if wide else float
+    known: Any = SimpleNamespace(context=precision.context, eps=precision.eps, number=convert)
+    equations = Equations(q.row, (), q, setup.layout)
+    return setup.phase.ends(equations, convert(start.until), known)[name]

@@ -1,25 +1,26 @@
-"""Working precisions: heyoka's number types, and exact passage to and from mpmath.
+"""Working precisions, and the arithmetics of arrays in which runs are read.
 
-A number for heyoka is computed in mpmath with guard bits and converted once, as a decimal string
-for the types wider than double; a number from heyoka is converted exactly.
+A number for an integrator is computed in mpmath with guard bits and rounded once, as a decimal
+string for heyoka's wide types; a number from an integrator is converted exactly.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import mpmath
+import numpy
 
 from tt_precise.runtime.mpfr import Mpfr, mpfr_of
 from tt_precise.runtime.values import (
     Arithmetic,
+    Array,
     Functions,
     InputError,
     Scalar,
@@ -31,39 +32,91 @@ from tt_precise.scene.numerals import to_mpmath
 
 GUARD_BITS = 64  # Additional bits of mpmath, so that its rounding never shows.
 FEWEST_BITS, MOST_BITS = 54, 20_000
+LARGEST_EXACT = 2**53  # Integers up to this limit are doubles; their quotient is rounded once.
 
 
 class Kind(NamedTuple):
     """The properties of an arithmetic: its bits, and the number of doubles in its numbers.
 
-    ``steps`` is the number of heyoka's steps between two tests for Ctrl-C, 0.2 s or more; in
-    software arithmetic Python may run between any two. ``coarse`` and ``rough`` are tolerances in
-    eps: above ``coarse`` one reference run in the same arithmetic shows the errors, between the two
-    limits two reference runs.
+    ``steps`` is the number of heyoka's steps between two tests for Ctrl-C, 0.2 s or more;
+    ``in_software`` marks types without hardware support, where Python may run between any two.
     """
 
     bits: int
     doubles: int = 0
     steps: int = 0
     in_software: bool = False
-    coarse: int = 64
-    rough: int = 64
 
 
-# A reference run in the same arithmetic has the same rounding errors, so the run must be coarser,
-# that its truncation outweighs them. Double has a finer arithmetic for ten times its price;
-# extended has none below 150 times. Two and three doubles hold 106 and 159 bits, of which their
-# sums and products leave these.
+# Two and three doubles hold 106 and 159 bits, of which their sums and products leave these.
 KINDS = {
-    "double": Kind(53, steps=20_000, coarse=400, rough=1000), "extended": Kind(64, steps=2_000),
-    "double-double": Kind(104, doubles=2), "quad": Kind(113, steps=200, in_software=True),
-    "triple-double": Kind(155, doubles=3), "mp": Kind(200, steps=200, in_software=True),
+    "double": Kind(53, steps=20_000), "double-double": Kind(104, doubles=2),
+    "quad": Kind(113, steps=200, in_software=True), "triple-double": Kind(155, doubles=3),
+    "mp": Kind(200, steps=200, in_software=True),
 }  # fmt: skip
+
+
+class Hardware:
+    """Arrays of doubles or long doubles; times are long doubles in both."""
+
+    def __init__(self, kind: str):
+        self.kind = kind
+
+    def number(self, value: Scalar) -> Scalar:
+        """Convert a number of mpmath or Python."""
+        if self.kind == "float64":
+            return math.nan if value is None else float(value)
+        high = math.nan if value is None else float(value)
+        if not math.isfinite(high):  # ln v at rest
+            return numpy.longdouble(high)
+        return numpy.longdouble(high) + numpy.longdouble(float(value - high))
+
+    def array(self, values: Sequence[Scalar]) -> Array:
+        """Convert numbers to an array."""
+        return numpy.array([self.number(value) for value in values], dtype=self.kind)
+
+    def of_fractions(self, values: Any) -> Array:
+        """Convert exact times, or an array of doubles, to long doubles."""
+        if isinstance(values, numpy.ndarray):
+            return values.astype(numpy.longdouble)
+        above, below = [t.numerator for t in values], [t.denominator for t in values]
+        if max(map(abs, above + below), default=0) < LARGEST_EXACT:
+            numerator, denominator = (numpy.array(x, dtype=float) for x in (above, below))
+            return numerator.astype(numpy.longdouble) / denominator
+        high = numpy.array([float(t) for t in values])
+        low = [float(t - Fraction(x)) for t, x in zip(values, high.tolist(), strict=True)]
+        return high + numpy.array(low, dtype=numpy.longdouble)
+
+    def from_limbs(self, limbs: Array) -> Array:
+        """Add up sums of doubles, along the last axis."""
+        total: Array = limbs[..., ::-1].astype(numpy.longdouble).sum(axis=-1)
+        return total.astype(self.kind)
+
+    def to_limbs(self, times: Array, count: int) -> Array:
+        """Return times as sums of doubles: axes (time, limb)."""
+        high = times.astype(float)
+        limbs = [high, (times - high).astype(float), *[0 * high] * (count - 2)]
+        return numpy.stack(limbs, axis=1)
+
+
+DOUBLES, LONG_DOUBLES = Hardware("float64"), Hardware("longdouble")
+Numbers = Hardware | Mpfr
+"""An arithmetic of arrays."""
+
+
+def functions_of(numbers: Numbers) -> Functions:
+    """Return the elementary functions of an arithmetic of arrays."""
+    return numpy if isinstance(numbers, Hardware) else numbers
+
+
+def times_in(numbers: Numbers, values: Sequence[Scalar]) -> Array:
+    """Convert mpmath numbers to times in an arithmetic of arrays."""
+    return (LONG_DOUBLES if isinstance(numbers, Hardware) else numbers).array(values)
 
 
 @dataclass(frozen=True)
 class Precision:
-    """A precision: ``double``, ``extended``, ``quad`` or ``mp`` with its bits, all of heyoka.
+    """A precision by name: ``double``, ``quad`` and ``mp`` of heyoka, or a sum of doubles.
 
     ``double-double`` and ``triple-double`` are precisions of ``taylor``; outside ``taylor`` their
     numbers are mpmath's.
@@ -72,19 +125,11 @@ class Precision:
     name: str
     bits: int
 
-    def __reduce__(self) -> tuple[type, tuple[str, int]]:
-        # its context can be neither copied nor pickled
-        return Precision, (self.name, self.bits)
-
     @property
     def fp_type(self) -> type:
         """heyoka's type of number."""
         import heyoka
 
-        if self.name == "extended":
-            import numpy
-
-            return numpy.longdouble
         return {"double": float, "quad": heyoka.real128, "mp": heyoka.real}[self.name]
 
     @property
@@ -98,32 +143,24 @@ class Precision:
         return self.kind.doubles
 
     @property
-    def in_software(self) -> bool:
-        """True if its numbers are computed in software."""
-        return self.kind.in_software
-
-    @property
     def is_float(self) -> bool:
         """True if its numbers are Python's floats."""
-        return self.bits == 53 and not self.doubles
-
-    @property
-    def in_long_double(self) -> bool:
-        """True if NumPy's long double holds its numbers exactly."""
-        return self.bits <= 64 and not self.in_software and has_long_double()
+        return self.name == "double"
 
     @property
     def context(self) -> Functions:
-        """An mpmath context with ``GUARD_BITS`` more than this precision, not to be changed.
-
-        Each thread has its own context, because mpmath's functions change precision temporarily.
-        """
+        """An mpmath context with ``GUARD_BITS`` more than this precision, one for each thread."""
         return _context(self.bits, threading.get_ident())
 
     @property
     def mpfr(self) -> Mpfr:
         """Arrays of numbers with the precision of ``context``."""
         return mpfr_of(self.context)
+
+    @property
+    def numbers(self) -> Numbers:
+        """The arithmetic of arrays in which a run is read with guard bits."""
+        return LONG_DOUBLES if self.is_float else self.mpfr
 
     @property
     def arithmetic(self) -> Arithmetic:
@@ -152,29 +189,8 @@ class Precision:
         if self.doubles:
             return lambda value: value
         kind, digits, context = self.fp_type, self.decimals + 15, self.context
-        if self.name == "mp":
-            return lambda value: kind(context.nstr(value, digits), self.bits)
-        return lambda value: kind(context.nstr(value, digits))
-
-    def opposite_neighbour(self, value: Scalar) -> Scalar:
-        """The neighbour, on the other side of an mpmath number, of the number to which it rounds.
-
-        The exact value lies between the two. A value of this precision stays unchanged.
-        """
-        parts = 1 if self.is_float else self.doubles
-        if parts:
-            near, left = self.context.mpf(0), value
-            for _ in range(parts - 1):
-                near, left = near + float(left), left - float(left)
-            last = float(left)
-            towards = math.inf if last < left else -math.inf
-            return value if last == left else near + math.nextafter(last, towards)
-        rounded = self.with_guard_bits(self.number(value))
-        if rounded == value:
-            return value
-        _, exponent = self.context.frexp(rounded)
-        gap = self.context.ldexp(1, exponent - self.bits)
-        return rounded + gap if rounded < value else rounded - gap
+        bits = (self.bits,) if self.name == "mp" else ()
+        return lambda value: kind(context.nstr(value, digits), *bits)
 
     @property
     def with_guard_bits(self) -> Callable[[Scalar], Scalar]:
@@ -184,7 +200,19 @@ class Precision:
             return lambda value: context.mpf(float(value))
         if self.doubles:
             return lambda value: value
-        return lambda value: _read_back(str(value), bits, context)
+
+        def convert(value: Scalar) -> Scalar:
+            # a number is printed with enough digits to recover it, by rounding to its own bits
+            text = str(value)
+            if "nan" in text:  # a quotient of zeros has a sign
+                return context.nan
+            return context.make_mpf(mpmath.libmp.from_str(text, bits, "n"))
+
+        return convert
+
+    def to_user(self, value: Scalar | None) -> Scalar | None:
+        """Return a float in double, else the mpmath number with guard bits."""
+        return float(value) if self.is_float and value is not None else value
 
     def text(self, value: Scalar | None) -> Any:
         """A number in enough decimals to recover this precision; None stays None."""
@@ -207,58 +235,19 @@ class Precision:
         shown = context.nstr(value, places, strip_zeros=False).replace(".e", "e").rstrip(".")
         return f"{shown} +- {context.nstr(error, 2)}"
 
-    def carrying(self, value: Scalar, error: Callable[[], Scalar | None]) -> Scalar:
-        """An mpmath number that prints as ``with_error``; results of operations print as usual.
-
-        ``error`` is called when the number is printed.
-        """
-        if not hasattr(value, "_mpf_"):
-            return value
-        carried: Any = object.__new__(_printing_type(self, self.context))
-        carried._mpf_, carried.error = value._mpf_, error
-        return carried
-
-
-@lru_cache(maxsize=64)
-def _printing_type(precision: Precision, context: Functions) -> type:
-    def text(number: Any) -> str:
-        return precision.with_error(number, number.error())
-
-    return type("mpf", (context.mpf,), {"__str__": text, "__repr__": text})
-
 
 def precision_named(name: str, bits: int | None = None) -> Precision:
     """The precision called ``name``; ``bits`` only for ``mp``.
 
-    Raises ``InputError``: unknown name, bits for a type that has its own, or ``extended`` on a
-    machine without 80-bit floats.
+    Raises ``InputError``: unknown name, or bits for a type that has its own.
     """
     require_name("precision", name, KINDS)
-    number = KINDS[name].bits
-    if bits is not None and name != "mp":
+    if bits is None:
+        return Precision(name, KINDS[name].bits)
+    if name != "mp":
         got = shortened(bits)
         raise InputError(f"bits: got {got} with precision {name}, expected bits only with mp")
-    if bits is not None:
-        number = whole_number(bits, "bits", FEWEST_BITS, MOST_BITS)
-    if not is_available(name):
-        raise InputError(f"precision: got {name} on a machine without it, expected quad or mp")
-    return Precision(name, number)
-
-
-def is_available(name: str) -> bool:
-    """Return whether this machine has the precision called ``name``."""
-    return name != "extended" or _has_80_bit_floats()
-
-
-def finer(precision: Precision) -> Precision:
-    """The arithmetic of the reference run for a result in ``precision``."""
-    if precision.name == "double" and _has_80_bit_floats():
-        return precision_named("extended")
-    if precision.name == "double-double":
-        return precision_named("triple-double")
-    if precision.name in ("double", "extended"):
-        return precision_named("quad")
-    return precision_named("mp", precision.bits + 24)
+    return Precision(name, whole_number(bits, "bits", FEWEST_BITS, MOST_BITS))
 
 
 @lru_cache(maxsize=64)  # making one takes as long as a tenth of the reference run in double
@@ -266,25 +255,3 @@ def _context(bits: int, thread: int) -> Functions:
     context = mpmath.MPContext()
     context.prec = bits + GUARD_BITS
     return context
-
-
-@cache
-def has_long_double() -> bool:
-    """Return whether NumPy's long double has the 64 bits of an extended number here."""
-    import numpy
-
-    return bool(numpy.finfo(numpy.longdouble).nmant >= 63)
-
-
-@cache
-def _has_80_bit_floats() -> bool:
-    import numpy
-
-    return sys.platform != "win32" and numpy.finfo(numpy.longdouble).nmant == 63
-
-
-def _read_back(text: str, bits: int, context: Functions) -> Scalar:
-    # a number is printed with enough digits to recover it, by rounding to its own bits
-    if "nan" in text:  # a quotient of zeros has a sign
-        return context.nan
-    return context.make_mpf(mpmath.libmp.from_str(text, bits, "n"))

@@ -1,23 +1,31 @@
-"""The rows, columns, events and drifts of a ``Solution``.
+"""The states, columns, events and drifts of a ``Solution``.
 
-All rows of a segment are read at once. Where doubles are not precise enough, a run in double uses
-NumPy's long double; the other precisions use arrays of numbers with guard bits (``mpfr``).
+A run in double is read in arrays of doubles, or of NumPy's long doubles where doubles are not
+precise enough; other runs are read in arrays of numbers with guard bits (``mpfr``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from fractions import Fraction
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import POSE_NAMES, Name, Row, State
-from tt_precise.integration.dense_output import ARRIVED, Segment, is_doubles, long_double
+from tt_precise.integration.columns import POSE_NAMES, Name, State
+from tt_precise.integration.events import ARRIVED
+from tt_precise.integration.heyoka_backend import sample_times
+from tt_precise.integration.precision import (
+    DOUBLES,
+    Hardware,
+    functions_of,
+    times_in,
+)
+from tt_precise.integration.segment import Segment
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.conserved import OF_QUANTITY, Integral, conserved, drift
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, wrong_name
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import RECORDABLE
@@ -27,30 +35,88 @@ DRIFT = "drift:"  # The name of a column of drifts begins so.
 FALLING = -1  # the speed where the top sticks, the margin to the cone where it slips
 
 
-def rows(run: Solution, times: Sequence[Scalar]) -> list[tuple[Segment, Row]]:
-    """Rows at dimensionless ``times`` (with guard bits), and their segments."""
-    if run.alone:
-        return [(run.alone, row) for row in run.alone.output.rows(times)]
-    found = []
-    for time in times:
-        segment = run.segments[run.segment_at(time)]
-        output = segment.output
-        if segment is run.segments[-1] and time == run.end_time:
-            found.append((segment, output.end_row))
-        else:
-            found.append((segment, output.rows([min(time - segment.begin, output.end_time)])[0]))
-    return found
+class States(NamedTuple):
+    """The states of a run within one segment: an array for each component.
+
+    ``index`` are their positions among the times.
+    """
+
+    segment: Segment
+    index: Array
+    row: list[Array]
+
+    def columns(self, names: Sequence[Name], numbers: Any) -> dict[Any, Array]:
+        """Compute named columns (SI)."""
+        return columns_in(self.segment, names, self.row, numbers)
+
+
+def columns_in(
+    segment: Segment, names: Sequence[Name], row: Sequence[Array], numbers: Any
+) -> dict[Any, Array]:
+    """Compute named columns (SI) of states in an arithmetic of arrays."""
+    number = float if numbers is DOUBLES else numbers.number
+    return segment.columns.of_arrays(names, tuple(row), number, functions_of(numbers))
+
+
+def rounding_of(numbers: Any) -> AbstractContextManager[Any]:
+    """Return the context in which arrays of an arithmetic are read."""
+    hardware = isinstance(numbers, Hardware)
+    return numpy.errstate(all="ignore") if hardware else numbers.precision()
+
+
+def at_times(run: Solution, times: Array, numbers: Any, *, samples: bool = False) -> list[States]:
+    """Evaluate the states at dimensionless times, in an arithmetic of arrays."""
+    which = numpy.zeros(len(times), dtype=int)
+    for segment in run.segments[1:]:  # a common end belongs to the earlier segment
+        which += (times > times_in(numbers, [segment.begin])[0]).astype(bool)
+    parts = []
+    for i in numpy.unique(which).tolist():
+        segment, index = run.segments[i], numpy.flatnonzero(which == i)
+        local = times[index] - times_in(numbers, [segment.begin])[0]
+        parts.append(States(segment, index, segment.at(local, numbers, samples=samples)))
+    return parts
+
+
+def states_at(run: Solution, times: Sequence[Fraction] | Array, numbers: Any) -> list[States]:
+    """Evaluate the states at exact times in s, in an arithmetic of arrays.
+
+    Raises ``InputError``: a time lies outside the trajectory.
+    """
+
+    def compute() -> list[States]:
+        hardware, whole = isinstance(numbers, Hardware), times is run.scene.sample_times
+        with rounding_of(numbers):
+            if hardware and whole:
+                return at_times(run, sample_times(run.start, run.scene), numbers, samples=True)
+            seconds = numbers.of_fractions(times)
+            ends: Any = (numpy.min, numpy.max) if isinstance(times, numpy.ndarray) else (min, max)
+            for end in ends:
+                run.dimensionless_time(end(times))
+            local = seconds / times_in(numbers, [run.start.units.time])[0]
+            last = seconds.astype(float) >= float(run.end)
+            if not run.precision.is_float:
+                last = numpy.array([t >= as_fraction(run.end) for t in times], dtype=bool)
+            local[last] = times_in(numbers, [run.end_time])[0]
+            return at_times(run, local, numbers)
+
+    if not len(times):
+        return []
+    own = times is run.sample_times
+    return run.once((states_at, numbers), compute) if own else compute()
 
 
 def states(run: Solution, times: Sequence[Scalar]) -> list[State]:
     """The states (SI) at dimensionless ``times`` (with guard bits)."""
-    here = rows(run, times)
-    if run.alone:
-        return run.columns.states(times, [row for _, row in here])
-    return [
-        segment.columns.states([time], [row])[0]
-        for time, (segment, row) in zip(times, here, strict=True)
-    ]
+    mpfr, to_user, unit = run.precision.mpfr, run.precision.to_user, run.start.units.time
+    found: list[Any] = [None] * len(times)
+    with mpfr.precision():
+        for part in at_times(run, mpfr.array(times), mpfr):
+            table = part.columns(run.columns.names, mpfr)
+            columns = {name: list(map(mpfr.back, column)) for name, column in table.items()}
+            for k, i in enumerate(part.index.tolist()):
+                values = {name: to_user(column[k]) for name, column in columns.items()}
+                found[i] = State(to_user(times[i] * unit), values, run.precision)
+    return found
 
 
 def end_state(run: Solution) -> State:
@@ -58,47 +124,34 @@ def end_state(run: Solution) -> State:
     return run.once(end_state, lambda: states(run, [run.end_time])[0])
 
 
-def values_at_end(run: Solution) -> dict[str, Scalar]:
-    """``t_end`` (s) and the components of the state at ``t_end`` (SI), by name."""
-    return {"t_end": run.t_end, **end_state(run).values}
-
-
 def motions(run: Solution, times: Sequence[Scalar]) -> list[Motion]:
     """The motions at dimensionless ``times`` (with guard bits)."""
-    return [segment.columns.motion(row) for segment, row in rows(run, times)]
+    mpfr, found = run.precision.mpfr, list[Any]([None] * len(times))
+    with mpfr.precision():
+        for segment, index, row in at_times(run, mpfr.array(times), mpfr):
+            for k, i in enumerate(index.tolist()):
+                found[i] = segment.columns.motion(tuple(mpfr.back(x[k]) for x in row))
+    return found
 
 
 def table(
     run: Solution,
-    wanted: Sequence[Name],
+    names: Sequence[Name],
     times: Sequence[Fraction] | Array | None = None,
     numbers: Numbers = "float",
-    progress: Progress | None = None,
 ) -> dict[Any, Array]:
     """Columns by default at the samples; integrate again for a pose that was not recorded."""
-    exact: Sequence[Fraction] | Array
     exact = run.sample_times if times is None else times
-    missing = [name for name in wanted if name in POSE_NAMES and name not in run.setup.record]
+    missing = [name for name in names if name in POSE_NAMES and name not in run.setup.record]
     if not missing:
-        return own_table(run, wanted, exact, numbers, progress)
+        return own_table(run, names, exact, numbers)
     posed = with_quadratures(run)
-    plain = [name for name in wanted if name not in missing]
-    exact = _fractions(exact)
-    columns = own_table(run, plain, exact, numbers)
-    columns = own_table(posed, missing, _alike(exact, run, posed), numbers) | columns
-    return {name: columns[name] for name in ("t", *wanted)}
-
-
-def _fractions(times: Sequence[Fraction] | Array) -> Sequence[Fraction]:
-    return tuple(map(as_fraction, times.tolist())) if is_doubles(times) else times
-
-
-def _alike(times: Sequence[Fraction], run: Solution, other: Solution) -> tuple[Fraction, ...]:
-    """``times`` in another run of the scene; the end of this run becomes that run's end."""
-    if run.status in ARRIVED:
-        return tuple(times)
-    end, later = as_fraction(run.end), as_fraction(other.end)
-    return tuple(later if t >= end else t for t in times)
+    columns = own_table(run, [name for name in names if name not in missing], exact, numbers)
+    if run.status not in ARRIVED:  # the end of this run becomes that run's end
+        end, later = as_fraction(run.end), as_fraction(posed.end)
+        exact = tuple(later if t >= end else t for t in map(as_fraction, exact))
+    columns = own_table(posed, missing, exact, numbers) | columns
+    return {name: columns[name] for name in ("t", *names)}
 
 
 def with_quadratures(run: Solution) -> Solution:
@@ -106,14 +159,10 @@ def with_quadratures(run: Solution) -> Solution:
 
     Raises ``InputError``: the axis is exactly vertical at some time.
     """
-    return run.once(with_quadratures, lambda: _recording(run))
-
-
-def _recording(run: Solution) -> Solution:
     if set(RECORDABLE) <= set(run.setup.record):
         return run
     if not run.scene.start.theta.at_pole:
-        again = run.again(record=RECORDABLE, events=())
+        again = run.once(with_quadratures, lambda: run.again(record=RECORDABLE, events=()))
         if again.status == run.status:
             return again
     raise InputError(
@@ -126,135 +175,102 @@ def own_table(
     run: Solution,
     names: Sequence[Name],
     times: Sequence[Fraction] | Array,
-    numbers: Numbers,
-    progress: Progress | None = None,
+    numbers: Numbers = "float",
 ) -> dict[Any, Array]:
     """``t`` and the named columns at exact ``times`` in s.
 
-    Numbers of double are a float64 array with NaN where a value is undefined; wider ones, and
-    text, are a list or an array of objects with None there.
+    Numbers of double are a float64 array with NaN where a value is undefined; wider ones are an
+    array of objects, and text is a list, with None there.
     """
-    if run.alone and run.in_arrays:
-        return _array_columns(run.alone, names, times, numbers, progress)
-    times = _fractions(times)
-    if run.alone:
-        return _of_segment(run, run.alone, names, times, numbers, progress)
-
-    parts, order = [], []
-    for segment, places in _groups(run, times):
-        local = [_local(segment, times[i]) for i in places]
-        parts.append(_of_segment(run, segment, names, local, numbers))
-        order += places
-    back = numpy.argsort(order).tolist()
-    columns: dict[Any, Any] = {}
-    for name in ("t", *names):
-        values = [x for part in parts for x in part[name]] if parts else []
-        columns[name] = [values[i] for i in back]
-    columns["t"] = _seconds(run, times, numbers)
-    if numbers == "text":
-        return columns
-    double = numbers == "float" or run.precision.is_float
-    return {n: numpy.array(c, dtype=float if double else object) for n, c in columns.items()}
+    arrays: Any = run.precision.numbers
+    if run.precision.is_float and numbers != "text":
+        arrays = DOUBLES
+    columns: dict[Any, Any] = {
+        name: numpy.empty(len(times), dtype=object if arrays is run.precision.mpfr else float)
+        for name in names
+    }
+    for name in names:
+        run.columns.dimension(name)
+    with rounding_of(arrays):
+        for part in states_at(run, times, arrays):
+            for name, values in part.columns(names, arrays).items():
+                columns[name][part.index] = values
+        if run.precision.is_float:
+            columns = {"t": seconds_of(run, times), **columns}
+        else:
+            columns = {"t": arrays.of_fractions(times), **columns}
+        return {name: converted(run, values, numbers) for name, values in columns.items()}
 
 
-def _of_segment(
-    run: Solution,
-    segment: Segment,
-    names: Sequence[Name],
-    times: Sequence[Fraction],
-    numbers: Numbers,
-    progress: Progress | None = None,
-) -> dict[Any, Array]:
-    """The columns of one segment, over its own time."""
-    if run.in_arrays:
-        return _array_columns(segment, names, times, numbers, progress)
-    mpfr = run.precision.mpfr
-    with mpfr.precision():
-        seconds = mpfr.of_fractions(times)
-        entries = segment.output.mpfr_arrays(seconds, progress)
-        columns = segment.columns.of_arrays(names, entries, mpfr.number, mpfr)
-        table = {"t": seconds, **columns}
-        return {name: _converted(run, values, numbers) for name, values in table.items()}
+def seconds_of(run: Solution, times: Sequence[Fraction] | Array) -> Array:
+    """Return exact times in s as doubles."""
+
+    def compute() -> Array:
+        return numpy.array([float(t) for t in times])
+
+    own = times is run.scene.sample_times
+    return run.start.once("seconds", compute) if own else compute()
 
 
-def _groups(run: Solution, times: Sequence[Fraction]) -> Iterable[tuple[Segment, list[int]]]:
-    groups: dict[int, list[int]] = {}
-    for i, time in enumerate(times):
-        groups.setdefault(run.segment_at(run.dimensionless_time(time)), []).append(i)
-    return [(run.segments[place], groups[place]) for place in sorted(groups)]
-
-
-def _seconds(run: Solution, times: Sequence[Fraction], numbers: Numbers) -> Array:
-    if run.precision.is_float:
-        plain = list(map(float, times))
-        return shortest_texts(plain) if numbers == "text" else plain
-    return _converted(run, run.precision.mpfr.of_fractions(times), numbers)
-
-
-def _converted(run: Solution, values: Array, numbers: Numbers) -> Array:
+def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
+    """Convert an array in which a run is read for users."""
     precision = run.precision
-    if numbers == "text":
-        return precision.mpfr.texts(values, precision.decimals)
     if numbers == "float" or precision.is_float:
         floats = values.astype(float)
-        return numpy.where(numpy.isfinite(floats), floats, numpy.nan) + 0.0  # no minus before zero
-    return numpy.array(list(map(precision.mpfr.back, values)), dtype=object)
+        floats = (
+            numpy.where(numpy.isfinite(floats), floats, numpy.nan) + 0.0
+        )  # no minus before zero
+        return shortest_texts(floats) if numbers == "text" else floats
+    if numbers == "text":
+        return precision.mpfr.texts(values, precision.decimals)
+    return objects(map(precision.mpfr.back, values))
 
 
-def event_columns(
-    run: Solution, names: Sequence[Name], at: Container[str] | None = None
-) -> dict[Any, Array]:
+def objects(values: Iterable[Any]) -> Array:
+    """Return an array of objects."""
+    every = list(values)
+    array = numpy.empty(len(every), dtype=object)
+    array[:] = every
+    return array
+
+
+def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
     """Columns of the events in order of time: name, t, direction, and the columns ``names``.
 
-    An event that ends a segment has the values just before it. In wide arithmetics, where
-    quantities are slow, only ``at`` the events of these names, if given; elsewhere they are
-    missing.
+    An event that ends a segment has the values just before it.
     """
     for name in names:
         if is_drift(name):
             also = ", pose, digits or error:NAME; frame(...) has drifts"
             raise wrong_name("column", name, run.columns.dimensions, also)
         run.columns.dimension(name)  # refuses an unknown name where there are no events too
-    if run.alone:
-        return _events_of_segment(run, run.alone, names, at)
-    context, to_user = run.precision.context, run.columns.to_user
-    columns: dict[Any, Array] = {name: [] for name in ("name", "t", "direction", *names)}
-    for segment in run.segments:
-        happened = _events_of_segment(run, segment, names, at)
-        happened["t"] = [to_user(context.mpf(t) + segment.begin_s) for t in happened["t"]]
-        for name, column in columns.items():
-            column += list(happened[name])
-        if segment.ended:
-            values = segment.columns.of_rows(names, [segment.output.end_row])
-            columns["name"].append(segment.ended)
-            columns["t"].append(to_user(segment.end_s))
-            columns["direction"].append(FALLING)
-            for name, (value,) in values.items():
-                columns[name].append(to_user(value))
-    return columns
+    arrays: Any = run.precision.numbers
+    columns: dict[Any, list[Any]] = {name: [] for name in ("name", "t", "direction", *names)}
+    with rounding_of(arrays):
+        unit = arrays.number(run.start.units.time)
+        for segment in run.segments:
+            hits, begin = segment.run.found.hits, arrays.number(segment.begin)
+            rows = [(hits.name, hits.time, hits.direction, hits.state)]
+            if segment.ended:
+                end = tuple(arrays.array([x]) for x in segment.end_row)
+                time = arrays.array([segment.end_time])
+                rows.append((objects([segment.ended]), time, numpy.array([FALLING]), end))
+            for name, time, direction, state in rows:
+                table = {"name": name, "t": (time + begin) * unit, "direction": direction}
+                if len(name):
+                    table |= columns_in(segment, names, state, arrays)
+                    for column, values in table.items():
+                        columns[column].append(values)
+        kinds: dict[Any, type] = {"name": object, "direction": int}
+        return {
+            name: numpy.concatenate(column).astype(kinds[name]) if column and name in kinds
+            else converted(run, numpy.concatenate(column), "exact") if column
+            else numpy.empty(0, kinds.get(name, float))
+            for name, column in columns.items()
+        }  # fmt: skip
 
 
-def _events_of_segment(
-    run: Solution, segment: Segment, names: Sequence[Name], at: Container[str] | None
-) -> dict[Any, Array]:
-    of, unit = segment.columns, segment.output.start.units.time
-    hits = segment.output.propagation.found.hits
-    columns: dict[Any, Array] = {"name": hits.name.tolist()}
-    if run.in_arrays and len(hits):
-        entries = tuple(hits.state.T.astype(numpy.longdouble))
-        times = hits.time.astype(numpy.longdouble) * long_double(unit)
-        columns |= {"t": times.astype(float), "direction": hits.direction}
-        values = of.of_arrays(names, entries, long_double)
-        return columns | {name: column.astype(float) for name, column in values.items()}
-    mpf, to_user = run.precision.context.mpf, of.to_user
-    columns["t"] = [to_user(mpf(time) * unit) for time in hits.time.tolist()]
-    columns["direction"] = hits.direction.astype(int)
-    asked = [bool(names) and (at is None or name in at) for name in columns["name"]]
-    states = [tuple(map(mpf, state)) for state in hits.state[asked].tolist()]
-    for name, column in of.of_rows(names, states).items():
-        shown = map(to_user, column)
-        columns[name] = [next(shown) if wanted else None for wanted in asked]
-    return columns
+# ---- conserved quantities -----------------------------------------------------------------------
 
 
 def integrals(run: Solution) -> list[Integral]:
@@ -293,23 +309,26 @@ def drift_over_time(run: Solution) -> Drifts:
 
     In double a float64 array for each, otherwise a list of mpmath numbers.
     """
-    times, output = run.sample_times, run.segments[0].output
-    if not (run.in_arrays and run.alone):
-        zero = run.start.until * 0
-        inner = [zero, *map(run.dimensionless_time, times[:-1]), run.end_time]
-        along = motions(run, inner)
-        return Drifts((each.name, drift(each, along)[1:]) for each in integrals(run))
-
-    entries = output.arrays(output.times(times), long_double)
-    if run.status not in ARRIVED:
-        for entry, value in zip(entries, output.end_row, strict=True):
-            entry[-1] = long_double(value)
-    start = tuple(map(long_double, output.start_row))
-    both = [run.columns.array_motion(there, long_double) for there in (start, entries)]
-    ones = numpy.ones(len(times))  # an integral may be one number for all rows
-    return Drifts(
-        (each.name, (drift(each, both)[1] * ones).astype(float)) for each in integrals(run)
-    )
+    arrays: Any = run.precision.numbers
+    fn, count = functions_of(arrays), len(run.sample_times)
+    kind = arrays.kind if isinstance(arrays, Hardware) else object
+    found = {each.name: numpy.empty(count, dtype=kind) for each in integrals(run)}
+    with rounding_of(arrays):
+        first = run.segments[0]
+        start = tuple(arrays.array([x]) for x in first.start_row)
+        begin = first.columns.array_motion(start, arrays.number, fn)
+        for segment, index, row in states_at(run, run.sample_times, arrays):
+            if index[-1] == count - 1 and run.status not in ARRIVED:
+                row = [x.copy() for x in row]
+                for x, value in zip(row, segment.end_row, strict=True):
+                    x[-1] = arrays.number(value)
+            q = segment.columns.array_motion(tuple(row), arrays.number, fn)
+            for each in integrals(run):
+                found[each.name][index] = drift(each, [begin, q])[1] + 0 * row[0]
+    if run.precision.is_float:
+        return Drifts((name, values.astype(float)) for name, values in found.items())
+    back: Callable[[Scalar], Scalar] = run.precision.mpfr.back
+    return Drifts((name, list(map(back, values))) for name, values in found.items())
 
 
 def is_drift(name: Name) -> bool:
@@ -333,12 +352,12 @@ def drift_columns(
         known |= dict.fromkeys(integral.quantities, known[integral.name])
     columns: dict[str, Any] = {}
     for name in names:
-        wanted = name.removeprefix(DRIFT)
-        if wanted not in known and wanted not in QUANTITIES:
+        quantity = name.removeprefix(DRIFT)
+        if quantity not in known and quantity not in QUANTITIES:
             also, expected = ", or a quantity such as E or D", f"{DRIFT} and one of: "
             further = (f"{DRIFT}{one}" for one in (*known, *QUANTITIES))
             raise wrong_name("column", name, known, also, expected=expected, further=further)
-        values = known[wanted] if wanted in known else _changes(run, wanted)
+        values = known[quantity] if quantity in known else _changes(run, quantity)
         if numbers == "text" and not run.precision.is_float:
             columns[name] = list(map(run.precision.text, values))
         elif numbers == "exact":
@@ -354,29 +373,3 @@ def _changes(run: Solution, name: str) -> Array:
     known = [abs(value) for value in values if value is not None and value == value]
     scale = (values[0] and abs(values[0])) or max(known, default=0) or 1
     return numpy.array([v if v is None else abs(v - values[0]) / scale for v in values])
-
-
-def _local(segment: Segment, time: Fraction) -> Fraction:
-    """A time since the start of a segment, never rounded beyond the segment's end."""
-    since = max(time - as_fraction(segment.begin_s), Fraction(0))
-    return min(since, as_fraction(segment.output.end))
-
-
-def _array_columns(
-    segment: Segment,
-    names: Sequence[Name],
-    exact: Sequence[Fraction] | Array,
-    numbers: Numbers,
-    progress: Progress | None,
-) -> dict[Any, Array]:
-    """Columns of a run in double: text is the shortest that recovers the number."""
-    number = long_double if numbers == "text" else float
-    times = segment.output.times(exact)
-    entries = segment.output.arrays(times, number, progress)
-    table = {"t": times.seconds, **segment.columns.of_arrays(names, entries, number)}
-    stacked = numpy.array(list(table.values()), dtype=float)
-    stacked[~numpy.isfinite(stacked)] = numpy.nan
-    table = dict(zip(table, stacked, strict=True))
-    if numbers != "text":
-        return table
-    return {name: shortest_texts(values) for name, values in table.items()}

@@ -8,7 +8,16 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from tt_precise.integration.equations import RIGID_CONTACT, Layout, Phase
-from tt_precise.integration.events import EXTREMUM, Asked, Event, catalogue, event_named
+from tt_precise.integration.events import (
+    EVENTS,
+    EXTREMUM,
+    JOINING,
+    TERMINAL,
+    Asked,
+    Event,
+    catalogue,
+    event_named,
+)
 from tt_precise.integration.precision import Precision, precision_named
 from tt_precise.integration.registry import asked_by
 from tt_precise.mechanics.formulations import (
@@ -151,6 +160,10 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
             asked += catalogue(model)
         elif isinstance(event, (str, Event)):
             asked.append(event)
+        elif getattr(event, "__name__", "") in (*EVENTS, *TERMINAL, *JOINING):
+            raise InputError(
+                f"events: got the function {event!r:.40}, expected another name: an event has it"
+            )
         elif callable(event) and hasattr(event, "__name__"):
             asked.append(Event(event.__name__, UserFunction(event), "one's own", azimuth=True))
         elif isinstance(event, Quantity):
@@ -175,8 +188,6 @@ def full_tolerance(precision: Precision) -> Scalar:
 
 def refused_in_doubles(scene: Scene) -> str:
     """The reason why double-double and triple-double cannot integrate a scene; "" if they can."""
-    if scene.in_pieces:
-        return "a motion that may come in pieces"
     missing = scene.body.friction.missing(Graph)
     return f"{scene.body.law} friction, which needs {' and '.join(missing)}" if missing else ""
 

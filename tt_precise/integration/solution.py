@@ -13,25 +13,28 @@ from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Any, Literal, NamedTuple, Protocol
 
 from tt_precise.integration.columns import Columns
-from tt_precise.integration.dense_output import ARRIVED, FoundEvents, SampleTimes, Segment, TimeSpan
-from tt_precise.integration.events import LEAVES
+from tt_precise.integration.events import ARRIVED, LEAVES
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.registry import asked_by
+from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup, full_tolerance, require_contact
 from tt_precise.runtime.terminal import Progress, progress_bar
 from tt_precise.runtime.values import InputError, Memory, Scalar
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import Scene
 from tt_precise.scene.start import LiftedStart
 
 Status = Literal[
     "complete", "contact_ignored", "contact_lost", "singular_contact", "landed", "pole", "failed",
 ]  # fmt: skip
+# A time later than t_end by this part of it is t_end: a t_end printed with 16 digits is inside.
+TIME_TOLERANCE = Fraction(1, 10**15)
+SLOW = ("quad", "mp")  # Precisions that take seconds to minutes, and show their progress.
 
 
 class PhaseInterval(NamedTuple):
@@ -52,27 +55,29 @@ class PhaseInterval(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Solution(TimeSpan, Memory):
+class Solution(Memory):
     """A scene, its start in the arithmetic of a set-up, and the segments from there.
 
-    With ``opposite_rounding`` every number of body and start lies on the other side of the exact
-    number. ``reading`` has the columns and events of a solution, ``errors`` its errors.
+    ``reading`` has the columns and events of a solution, ``errors`` its errors.
     """
 
     scene: Scene
     setup: Setup
     start: InitialState
     segments: tuple[Segment, ...]
-    opposite_rounding: bool = False
 
     def __reduce__(self) -> tuple[Any, ...]:
         # integrated again where it is unpickled: heyoka's own pickles are machine code
-        return _unpickled, (self.scene, self.setup, self.opposite_rounding)
+        return solve, (self.scene, self.setup)
 
-    def again(self, *, opposite_rounding: bool = False, **changes: Any) -> Solution:
+    def again(self, **changes: Any) -> Solution:
         """Integrate the scene again, with some fields of the ``Setup`` replaced."""
-        setup = self.setup.but(**changes)
-        return solve(self.scene, setup, opposite_rounding=opposite_rounding)
+        return solve(self.scene, self.setup.but(**changes))
+
+    @property
+    def precision(self) -> Precision:
+        """The working precision."""
+        return self.setup.precision
 
     @property
     def tolerance(self) -> Scalar:
@@ -85,66 +90,54 @@ class Solution(TimeSpan, Memory):
         return Columns(self.setup, self.start)
 
     @property
-    def alone(self) -> Segment | None:
-        """The single segment of a run under one set of equations, else None."""
-        first = self.segments[0]
-        return first if len(self.segments) == 1 and first.output.setup == self.setup else None
-
-    @property
     def status(self) -> Status:
         """Status at the end."""
-        ended: Any = self.segments[-1].output.status
+        ended: Any = self.segments[-1].run.status
         return ended
 
     @property
     def steps(self) -> int:
         """Taylor steps taken."""
-        return sum(segment.output.propagation.steps for segment in self.segments)
+        return sum(segment.run.steps for segment in self.segments)
 
     @property
     def order(self) -> int:
         """The order of the last step."""
-        return self.segments[-1].output.propagation.order
-
-    @property
-    def switched(self) -> list[Segment]:
-        """The segments after which an event joins another segment."""
-        return [segment for segment in self.segments if segment.ended]
+        return self.segments[-1].run.order
 
     @property
     def event_counts(self) -> Counter[str]:
         """Numbers of recorded events by name, including events that join segments."""
-        names = [name for found in self._findings for name in found.hits.name.tolist()]
-        return Counter(names + [segment.ended for segment in self.switched])
+        names = [name for segment in self.segments for name in segment.run.found.hits.name.tolist()]
+        return Counter(names + [segment.ended for segment in self.segments if segment.ended])
 
     @property
     def touches(self) -> tuple[str, ...]:
         """Requested events whose functions touch zero, stay zero, or are ``unresolved``."""
-        touched = {name for found in self._findings for name in found.touches}
+        touched = {name for segment in self.segments for name in segment.run.found.touches}
         return tuple(name for name in self.setup.watched if name in touched)
 
     @property
     def unresolved(self) -> tuple[str, ...]:
         """Requested events whose functions are below their error over several extrema."""
-        lost = {name for found in self._findings for name in found.unresolved}
+        lost = {name for segment in self.segments for name in segment.run.found.unresolved}
         return tuple(name for name in self.setup.watched if name in lost)
-
-    @property
-    def _findings(self) -> list[FoundEvents]:
-        return [segment.output.propagation.found for segment in self.segments]
 
     @cached_property
     def end_time(self) -> Scalar:
         """Dimensionless end of the solution: the exact horizon if it was reached."""
         last = self.segments[-1]
-        if self.alone:
-            return last.output.end_time
-        return self.start.until if self.status == "complete" else last.begin + last.output.end_time
+        return self.start.until if self.status in ARRIVED else last.begin + last.end_time
+
+    @cached_property
+    def end(self) -> Scalar:
+        """The end of the solution in s."""
+        return self.end_time * self.start.units.time
 
     @cached_property
     def t_end(self) -> Scalar:
         """The end in s: a float in double, else an mpmath number."""
-        return self.columns.to_user(self.end)
+        return self.precision.to_user(self.end)
 
     @cached_property
     def sample_times(self) -> tuple[Fraction, ...]:
@@ -154,6 +147,21 @@ class Solution(TimeSpan, Memory):
         end = as_fraction(self.end)
         return (*(t for t in self.scene.sample_times if t < end), end)
 
+    def dimensionless_time(self, t: Scalar) -> Scalar:
+        """A time in s as a dimensionless time with guard bits.
+
+        Raises ``InputError``: it lies outside the trajectory.
+        """
+        exact, end = as_fraction(t), as_fraction(self.end)
+        if exact < 0 or exact > end * (1 + TIME_TOLERANCE):
+            raise InputError(
+                f"t: got {float(exact):.17g} s, expected 0 to {float(end):.16g} s, where the "
+                f"trajectory ends ({self.status}); it is never extrapolated"
+            )
+        if exact >= end or (self.precision.is_float and float(exact) == float(end)):
+            return self.end_time
+        return to_mpmath(exact, self.precision.context) / self.start.units.time
+
     def segment_at(self, time: Scalar) -> int:
         """The number of the segment that a dimensionless time belongs to."""
         begins = [segment.begin for segment in self.segments]
@@ -162,24 +170,15 @@ class Solution(TimeSpan, Memory):
     @property
     def stretches(self) -> tuple[PhaseInterval, ...]:
         """The segments between mode switches, as ``PhaseInterval``."""
-        to_user, begin, stretches = self.columns.to_user, self.start.until * 0, []
-        for segment in self.switched:
-            end = segment.end_s
-            stretches.append(
-                PhaseInterval(segment.model, to_user(begin), to_user(end), segment.ended)
-            )
+        to_user, unit = self.precision.to_user, self.start.units.time
+        begin, stretches = to_user(self.end * 0), []
+        for segment in (*(s for s in self.segments[:-1] if s.ended), self.segments[-1]):
+            last = segment is self.segments[-1]
+            end = self.t_end if last else to_user((segment.begin + segment.end_time) * unit)
+            status = segment.ended or self.status
+            stretches.append(PhaseInterval(segment.model, begin, end, status))
             begin = end
-        last = self.segments[-1].model
-        return (*stretches, PhaseInterval(last, to_user(begin), to_user(self.end), self.status))
-
-    @property
-    def in_arrays(self) -> bool:
-        """True if all rows are read at once in arrays of doubles."""
-        return self.precision.is_float and self.precision.in_long_double
-
-
-SLOW = ("quad", "mp")  # Precisions that take seconds to minutes, and show their progress.
-MOST_SAMPLES = 20_000  # states that are kept of a run at its sample times
+        return tuple(stretches)
 
 
 class Backend(Protocol):
@@ -189,14 +188,9 @@ class Backend(Protocol):
         """The reason, in one line, to refuse ``scene`` with this set-up; None if accepted."""
 
     def run(
-        self,
-        scene: Scene,
-        setup: Setup,
-        start: InitialState,
-        samples: SampleTimes | None,
-        progress: Progress | None,
+        self, scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
     ) -> list[Segment]:
-        """The run from ``start``; ``samples`` are the times at which rows will be read, if any."""
+        """The run from ``start``."""
 
 
 def backends(scene: Scene) -> Iterator[Backend]:
@@ -210,50 +204,29 @@ def backends(scene: Scene) -> Iterator[Backend]:
     yield multidouble_backend
 
 
-def solve(
-    scene: Scene,
-    setup: Setup,
-    progress: Progress | None = None,
-    *,
-    opposite_rounding: bool = False,
-) -> Solution:
+def solve(scene: Scene, setup: Setup, progress: Progress | None = None) -> Solution:
     """The solution of ``scene``, integrated once with ``setup``.
 
-    With ``opposite_rounding`` every number of body and start is rounded to the other side of the
-    exact value: the difference between both runs contains the effect of this rounding.
-
-    Raises ``InputError``: the top is not on the table at t = 0, there are too many events, or no
-    backend supports the set-up.
+    Raises ``InputError``: the top is not on the table at t = 0, there are too many events or steps,
+    or no backend supports the set-up.
     """
-    thread = threading.get_ident()
-    start = beginning(scene, setup.precision, setup.contact, opposite_rounding, thread)
+    start = beginning(scene, setup.precision, setup.contact, threading.get_ident())
     reason = None
     for backend in backends(scene):
         reason = backend.refuses(scene, setup)
         if reason is None:
-            few = 0 < scene.until <= MOST_SAMPLES * scene.sample_every
-            made = partial(SampleTimes.of, scene, start)
-            samples = start.once(SampleTimes, made) if few else None
             silent = progress is not None or setup.precision.name not in SLOW
             title = f"{scene.name} in {setup.precision.name}"
             with nullcontext(progress) if silent else progress_bar(title) as report:
-                segments = tuple(backend.run(scene, setup, start, samples, report))
-            return Solution(scene, setup, start, segments, opposite_rounding)
+                return Solution(
+                    scene, setup, start, tuple(backend.run(scene, setup, start, report))
+                )
     raise InputError(reason or f"{scene.name}: got no backend")
 
 
-def _unpickled(scene: Scene, setup: Setup, opposite_rounding: bool) -> Solution:
-    return solve(scene, setup, opposite_rounding=opposite_rounding)
-
-
 @lru_cache(maxsize=64)
-def beginning(
-    scene: Scene, precision: Precision, contact: str, opposite_rounding: bool, thread: int
-) -> InitialState:
+def beginning(scene: Scene, precision: Precision, contact: str, thread: int) -> InitialState:
     """The start of a scene, cached per thread, because each thread has its own mpmath context."""
-    if opposite_rounding:
-        nearest = beginning(scene, precision, contact, False, thread)
-        return nearest.map(precision.opposite_neighbour)
     start = InitialState.of(scene, precision.arithmetic)
     if not isinstance(scene.start, LiftedStart):
         require_contact(scene.name, start, precision.context, contact)

@@ -1,227 +1,225 @@
-"""The Taylor steps of a run, from either integrator, in the form that ``zeros`` reads.
-
-Series are stored in double; in a wider arithmetic the integrator's dense output gives the
-components at single positions.
-"""
+"""``Steps``: the Taylor steps of a run, as double polynomials and as values in any arithmetic."""
 
 from __future__ import annotations
 
+import math
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import NamedTuple
+from typing import Any
 
 import numpy
 
-from tt_precise.integration.dense_output import long_double, shift_arrays
+from tt_precise.integration.precision import LONG_DOUBLES, Hardware, functions_of
 from tt_precise.integration.setup import Setup
-from tt_precise.runtime.values import Array, ContinuousOutput, Functions, Scalar
+from tt_precise.runtime.values import Array, ContinuousOutput, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import StepBlock
 
-Rows = Callable[[Array, Array], tuple[Array, Sequence[Array]]]
-"""Function of steps and positions in them that gives times and components."""
+# Largest number of products in a product of matrices: for more OpenBLAS starts threads.
+MOST_PRODUCTS = 2**18
+
+Evaluate = Callable[[Array, Array, Any], list[Array]]
+"""Function of steps and times that gives the components in the arithmetic of the times."""
 
 
-class Wide(NamedTuple):
-    """The series of steps in an arithmetic with more bits than a double.
-
-    ``number`` converts mpmath numbers and floats to it, ``fn`` has its functions, ``back`` gives
-    mpmath numbers with guard bits; ``rows(step, position)`` gives times and components, arrays of
-    numbers, at positions in steps. With ``only``, doubles have no value here.
-    """
-
-    number: Callable[[Scalar], Scalar]
-    fn: Functions
-    back: Callable[[Scalar], Scalar]
-    rows: Rows
-    only: bool = False
-
-    def array(self, values: Array) -> Array:
-        """Return doubles as numbers of this arithmetic."""
-        if self.fn is numpy:
-            return values.astype(numpy.longdouble)
-        return numpy.frompyfunc(self.number, 1, 1)(values)
-
-
-class Sampled(NamedTuple):
-    """Components at the same positions in all steps, and the sizes of their series.
-
-    ``row`` has an array for each component, axes (position, step). ``size`` is the largest term of
-    a series, ``last`` are its last two, in absolute value: axes (component, step). ``lost`` bounds
-    what rounding loses of a component inside a step, in roundings.
-    """
-
-    row: Array
-    size: Array
-    last: tuple[Array, Array]
-    lost: Array
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Steps:
-    """Consecutive Taylor steps: ``begin`` and ``length`` in double, and their ``series``.
+    """Consecutive Taylor steps.
 
-    ``series`` has the axes (step, component, term), in powers of the time, of which a step takes
-    ``span`` units. A position is time over the length of the step. ``wide`` is None in double.
+    ``begin`` and ``length`` are doubles. A position in a step is 0 at its beginning and 1 at its
+    end; ``terms`` are double coefficients of its powers, axes (step, component, power).
+    ``evaluate(step, times, numbers)`` gives the components at times in an arithmetic of arrays.
     """
 
     begin: Array
     length: Array
-    series: Array
-    span: Array
-    wide: Wide | None = None
+    terms: Array
+    evaluate: Evaluate
 
     def __len__(self) -> int:
         return len(self.begin)
 
-    def part(self, first: int, last: int) -> Steps:
+    def of(self, which: slice | Array) -> Steps:
         """Return some of the steps."""
-        here, wide = slice(first, last), self.wide
-        if wide:
-            wide = wide._replace(rows=partial(_rows_from, wide.rows, first))
-        return Steps(self.begin[here], self.length[here], self.series[here], self.span[here], wide)
+        number = numpy.arange(len(self))[which]
 
-    def sampled(self, positions: Array) -> Sampled:
-        """Return the components at positions in every step."""
-        steps, components, count = self.series.shape
-        row = numpy.empty((components, len(positions), steps))
-        size, last, before, lost = numpy.empty((4, components, steps))
-        powers, span = powers_of(positions, count), powers_of(self.span, count).T
-        weights = roundings(count)
-        for i in range(components):  # one at a time, whose terms stay in the cache
-            terms = self.series[:, i, ::-1].T * span
-            row[i] = powers @ terms
-            terms = numpy.abs(terms, out=terms)
-            size[i], last[i], before[i] = terms.max(axis=0), terms[0], terms[1]
-            lost[i] = weights @ terms
-        return Sampled(row, size, (last, before), lost)
+        def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
+            return self.evaluate(number[step], times, numbers)
 
-    def inside(self, step: Array, position: Array) -> Array:
-        """Return the components at a position, or a row of positions, in each given step."""
-        span = self.span[step].reshape(-1, *(1,) * (position.ndim - 1))
-        powers = powers_of(position * span, self.series.shape[2])
-        return numpy.einsum("sct,s...t->cs...", self.series[step][:, :, ::-1], powers)
+        return Steps(self.begin[which], self.length[which], self.terms[which], evaluate)
+
+    def sampled(self, positions: Array) -> Array:
+        """Evaluate the doubles at the same positions of all steps: (component, position, step)."""
+        powers = numpy.vander(positions, self.terms.shape[2], increasing=True)
+        rows = numpy.empty((self.terms.shape[1], len(positions), len(self)))
+        at_once = MOST_PRODUCTS // powers.size
+        for i, row in enumerate(rows):
+            for first in range(0, len(self), at_once):
+                part = slice(first, first + at_once)
+                numpy.matmul(powers, self.terms[part, i].T, out=row[:, part])
+        return rows
+
+    def inside(self, step: Array | slice, position: Array) -> Array:
+        """Evaluate the doubles at a position, or a row of positions, in each given step."""
+        terms = numpy.ascontiguousarray(self.terms[step].T)
+        if position.ndim > 1:
+            terms = terms[..., None]
+        value = terms[-1] + 0 * position
+        for term in terms[-2::-1]:
+            value *= position
+            value += term
+        return value
+
+    def times(self, step: Array, position: Array) -> Array:
+        """Return the times of positions in steps, in the arithmetic of the positions."""
+        return position * self.length[step] + self.begin[step]
+
+    def at(self, times: Array, numbers: Any) -> list[Array]:
+        """Evaluate the components at times in any order."""
+        step = numpy.searchsorted(self.begin, times.astype(float), side="left") - 1
+        return self.evaluate(numpy.maximum(step, 0), times, numbers)
 
 
-def powers_of(x: Array, count: int) -> Array:
-    """Return the powers ``count`` - 1 to 0 of numbers, along the last axis.
+def join(blocks: Sequence[Steps]) -> Steps:
+    """Return the steps of all blocks as one series."""
+    if len(blocks) == 1:
+        return blocks[0]
+    first = numpy.cumsum([0, *map(len, blocks)])
 
-    Sums that begin with the highest powers, which are smallest, lose a third of what others lose.
+    def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
+        rows: list[Array] = []
+        for block, low, high in zip(blocks, first[:-1], first[1:], strict=True):
+            here = (low <= step) & (step < high)
+            if here.any():
+                values = block.evaluate(step[here] - low, times[here], numbers)
+                rows = rows or [numpy.empty((len(step), *x.shape[1:]), x.dtype) for x in values]
+                for row, value in zip(rows, values, strict=True):
+                    row[here] = value
+        return rows
+
+    begin, length, terms = (
+        numpy.concatenate([getattr(block, name) for block in blocks])
+        for name in ("begin", "length", "terms")
+    )
+    return Steps(begin, length, terms, evaluate)
+
+
+def of_heyoka(output: ContinuousOutput, setup: Setup, start: InitialState) -> Steps:
+    """Return the steps of heyoka's continuous output.
+
+    heyoka evaluates in a buffer that its next evaluation overwrites, so that one thread at a time
+    evaluates, at times that its type of number can represent; a Euler step moves the state to the
+    exact time, less than an ulp away.
     """
-    powers = numpy.ones((count, *x.shape))
-    powers[1:] = x
-    return numpy.moveaxis(numpy.multiply.accumulate(powers, axis=0, out=powers)[::-1], 0, -1)
-
-
-def roundings(count: int) -> Array:
-    """Return the roundings of the terms ``count`` - 1 to 0 of a sum that begins with the highest.
-
-    Of the term k: one of its coefficient, 2 k of the powers of two factors and the products with
-    these, and k + 1 of the sum.
-    """
-    return 3.0 * numpy.arange(count)[::-1] + 2
-
-
-def _rows_from(
-    rows: Rows, first: int, step: Array, position: Array
-) -> tuple[Array, Sequence[Array]]:
-    return rows(first + step, position)
-
-
-def of_dense_output(output: ContinuousOutput, setup: Setup, start: InitialState) -> Steps:
-    """Return the Taylor steps of a dense output of heyoka."""
-    times, series = output.times, output.tcs
-    span = numpy.diff(times)
-    if setup.precision.is_float:
-        return Steps(times[:-1], span, series, span)
+    precision, series, lock = setup.precision, output.tcs, threading.Lock()
+    begin, span = output.times[:-1].astype(float), numpy.diff(output.times)
     length = span.astype(float)
-    with numpy.errstate(over="ignore"):
-        doubles = series.astype(float)
-    if not numpy.isfinite(doubles).all():
-        # beside a pole coefficients in powers of the time exceed doubles
-        power = span
-        for k in range(1, series.shape[2]):
-            doubles[:, :, k] = (series[:, :, k] * power[:, None]).astype(float)
+    if not precision.is_float:  # behind the end of a run other equations may hold
+        number = type(output.times[-1])
+        length[-1] = math.nextafter(float(output.times[-1] - number(begin[-1])), 0)
+    with numpy.errstate(all="ignore"):
+        powers = numpy.vander(length, series.shape[2], increasing=True)
+        terms = series.astype(float, copy=False) * powers[:, None]
+    if not numpy.isfinite(terms).all():  # beside a pole coefficients exceed doubles
+        power = span**0
+        for k in range(series.shape[2]):
+            terms[:, :, k] = (series[:, :, k] * power[:, None]).astype(float)
             power = power * span
-        span = numpy.ones(len(length))
-    wide = _wide(output, setup, start)
-    return Steps(times[:-1].astype(float), length, doubles, span.astype(float), wide)
+
+    def in_double(times: Array, numbers: Any) -> tuple[Sequence[Array], Array]:
+        rounded = times.astype(float)
+        with lock:
+            rows = numpy.array(output(rounded)).T
+        if isinstance(numbers, Hardware):
+            return list(rows.astype(numbers.kind)), (times - rounded).astype(float)
+        return [numbers.array(x.tolist()) for x in rows], times - rounded
+
+    def in_software(times: Array, numbers: Any) -> tuple[Sequence[Array], Array]:
+        widen, rounded = (
+            precision.with_guard_bits,
+            [precision.number(numbers.back(t)) for t in times],
+        )
+        with lock:
+            rows = [tuple(map(widen, output(t))) for t in rounded]
+        delay = times - numbers.array(list(map(widen, rounded)))
+        return [numbers.array(column) for column in zip(*rows, strict=True)], delay
+
+    def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
+        if not precision.is_float and isinstance(numbers, Hardware):
+            wide, mpf = precision.mpfr, precision.context.mpf
+            exact = [mpf(float(t)) + mpf(float(t - float(t))) for t in times]
+            with wide.precision():
+                row = evaluate(step, wide.array(exact), wide)
+            return [numbers.array(list(map(wide.back, x))) for x in row]
+        rows, delay = (in_double if precision.is_float else in_software)(times, numbers)
+        return shifted(setup, start, rows, delay, numbers) if delay.any() else list(rows)
+
+    return Steps(begin, length, terms, evaluate)
 
 
-def _wide(output: ContinuousOutput, setup: Setup, start: InitialState) -> Wide:
-    """Return the series of a dense output, read in the arithmetic of the run."""
-    precision, context = setup.precision, setup.precision.context
-    if precision.in_long_double:
-        begin, length = output.times[:-1], numpy.diff(output.times)
-        series = output.tcs.transpose(2, 1, 0)
+def shifted(
+    setup: Setup, start: InitialState, row: Sequence[Array], delay: Array, numbers: Any
+) -> list[Array]:
+    """Return components moved by a ``delay`` of less than an ulp of time, by a Euler step.
 
-        def in_long_double(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
-            delay = position * length[step]
-            return begin[step] + delay, list(horner(series[:, :, step], delay))
-
-        def exact(value: Scalar) -> Scalar:
-            high = float(value)
-            return context.mpf(high) + context.mpf(float(value - high))
-
-        return Wide(long_double, numpy, exact, in_long_double)
-
-    mpfr, with_guard_bits, number = precision.mpfr, precision.with_guard_bits, precision.number
-    times = mpfr.array(map(with_guard_bits, output.times))
-    body = start.body.numbers(mpfr.number)
-
-    def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
-        when = times[step] + position * (times[step + 1] - times[step])
-        rounded = [number(mpfr.back(time)) for time in when]
-        # the next evaluation overwrites the numbers of the one before
-        read = [tuple(map(with_guard_bits, output(time))) for time in rounded]
-        entries = tuple(map(mpfr.array, zip(*read, strict=True)))
-        delay = when - mpfr.array(map(with_guard_bits, rounded))
-        return when, shift_arrays(setup, body, entries, delay, mpfr)
-
-    return Wide(mpfr.number, mpfr, mpfr.back, rows)
-
-
-def of_block(piece: StepBlock, end: float, setup: Setup) -> Steps:
-    """Return the Taylor steps of a block of several doubles, up to its ``end``."""
-    size = len(setup.layout.columns)
-    count = max(int((piece.begins[:, 0] < end).sum()), 1)
-    begin, unit = piece.begins[:count, 0], piece.units[:count]
-    lengths = numpy.minimum(piece.lengths[:count], (end - begin) / unit)
-    series = piece.coefficients[:count, :, :size].transpose(0, 2, 1)
-    mpfr = setup.precision.mpfr
-    with mpfr.precision():
-        begins = mpfr.from_limbs(piece.begins[:count])
-
-    def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
-        times = begins[step] + position * (lengths * unit)[step]
-        parts = piece.rows(step, mpfr.to_limbs(times, MOST_LIMBS))
-        return times, [mpfr.from_limbs(parts[:, :, i]) for i in range(size)]
-
-    wide = Wide(mpfr.number, mpfr, mpfr.back, rows)
-    return Steps(begin, lengths * unit, series, lengths, wide)
-
-
-def of_series(series: Sequence[Sequence[Scalar]], length: Scalar, setup: Setup) -> Steps:
-    """Return one step from 0 to ``length``, from power series of the components in wide numbers.
-
-    Only these are precise enough where functions vanish or are undefined at 0.
+    Rounding the time costs up to t eps of the state at late times. Doubles are precise enough for
+    the rates of long doubles.
     """
-    mpfr = setup.precision.mpfr
-    terms = [[x * length**k for k, x in enumerate(c)] for c in series]
+    known, fn, number = row, functions_of(numbers), getattr(numbers, "number", float)
+    if isinstance(numbers, Hardware):
+        known, number = [x.astype(float) for x in row], float
+    body = start.once(("body", number), lambda: start.body.numbers(number))
+    with numpy.errstate(all="ignore"):
+        rates = setup.layout.rates(body, known, fn)
+        moved = [x + rate * delay for x, rate in zip(row, rates, strict=True)]
+    # at a pole the rates of phi and psi are undefined
+    return [numpy.where((y - y == 0).astype(bool), y, x) for x, y in zip(row, moved, strict=True)]
 
-    def rows(step: Array, position: Array) -> tuple[Array, Sequence[Array]]:
-        return position * length, [horner(c, position) for c in terms]
 
-    wide = Wide(mpfr.number, mpfr, mpfr.back, rows, only=True)
-    one = numpy.ones(1)
-    return Steps(0 * one, float(length) * one, numpy.array(terms, float)[None], one, wide)
+def of_block(piece: StepBlock, size: int, end: Scalar) -> Steps:
+    """Return the steps of sums of doubles, up to the time ``end``."""
+    last = float(end) if float(end) <= end else math.nextafter(float(end), -math.inf)
+    count = max(int((piece.begins[:, 0] < last).sum()), 1)
+    begin, unit = piece.begins[:count, 0], piece.units[:count]
+    span = numpy.minimum(piece.lengths[:count], (last - begin) / unit)
+    powers = numpy.vander(span, piece.coefficients.shape[1], increasing=True)
+    coefficients = piece.coefficients[:count, :, :size].transpose(0, 2, 1)
+    terms = numpy.multiply(coefficients, powers[:, None], order="C")
+
+    def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
+        limbs = piece.rows(step, numbers.to_limbs(times, MOST_LIMBS))
+        return [numbers.from_limbs(limbs[:, :, i]) for i in range(size)]
+
+    return Steps(begin, span * unit, terms, evaluate)
 
 
-def horner(terms: Sequence[Scalar], position: Array) -> Array:
-    """Return the sum of terms times powers of a position."""
-    value = terms[-1] + 0 * position
-    for term in terms[-2::-1]:
-        value = value * position + term
-    return value
+class Limbs:
+    """The arithmetic in which sums of doubles stay as they are: axes (number, limb)."""
+
+    def to_limbs(self, times: Array, count: int) -> Array:
+        """Return times that are limbs already."""
+        return times
+
+    def from_limbs(self, limbs: Array) -> Array:
+        """Return the limbs of a component."""
+        return limbs
+
+
+def of_power_series(columns: Sequence[Sequence[Scalar]], end: Scalar) -> Steps:
+    """Return one step from 0 to ``end``, from power series of mpmath numbers."""
+    scaled = [[x * end**k for k, x in enumerate(column)] for column in columns]
+
+    def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
+        wide = LONG_DOUBLES if isinstance(numbers, Hardware) else numbers
+        rows = []
+        for column in columns:
+            value = wide.number(column[-1]) + 0 * times
+            for x in column[-2::-1]:
+                value = value * times + wide.number(x)
+            rows.append(value.astype(getattr(numbers, "kind", object)))
+        return rows
+
+    length = numpy.array([float(end)])
+    return Steps(0 * length, length, numpy.array([scaled], dtype=float), evaluate)

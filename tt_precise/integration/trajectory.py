@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, get_args
@@ -21,7 +21,6 @@ from tt_precise.integration.errors import (
     floats,
     table_with_errors,
 )
-from tt_precise.integration.events import not_alternating
 from tt_precise.integration.ladder import Level, integrate_to_digits
 from tt_precise.integration.precision import Precision
 from tt_precise.integration.reading import (
@@ -29,7 +28,7 @@ from tt_precise.integration.reading import (
     Numbers,
     drift_over_time,
     end_state,
-    rows,
+    motions,
     states,
 )
 from tt_precise.integration.setup import Events, Setup, asked_for
@@ -174,10 +173,12 @@ class Trajectory:
 
         The numbers of the ``Motion`` are floats in double, else mpmath numbers.
         """
-        ((segment, row),) = rows(self.run, [self.run.dimensionless_time(t)])
-        if self.precision.is_float:
-            return segment.columns.array_motion(tuple(map(float, row)), float, math)
-        return segment.columns.motion(row)
+        time = self.run.dimensionless_time(t)
+        motion = motions(self.run, [time])[0]
+        if not self.precision.is_float:
+            return motion
+        columns = self.run.segments[self.run.segment_at(time)].columns
+        return columns.array_motion(tuple(map(float, motion.row)), float, math)
 
     @property
     def sample_times(self) -> tuple[Fraction, ...]:
@@ -231,7 +232,8 @@ class Trajectory:
         None for undefined values. The text of a double is the shortest that recovers the number.
         """
         require_name("numbers", numbers, get_args(Numbers))
-        if times is not None:
+        doubles = isinstance(times, numpy.ndarray) and times.dtype.kind == "f" and times.ndim == 1
+        if times is not None and not (doubles and self.precision.is_float):
             times = tuple(map(as_fraction, [times] if is_one(times) else times))
         columns = expanded(names or self.run.columns.names)
         return columns_by_name(table_with_errors(self.run, columns, times, numbers))
@@ -256,19 +258,19 @@ class Trajectory:
         """Correct digits of the worst component over all samples, events and ``t_end``."""
         return self.errors.digits_throughout
 
-    def error_over_time(self, *names: Any, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
+    def error_over_time(self, *names: Any, beside: Trajectory | None = None) -> pandas.DataFrame:
         """Estimated absolute errors (SI) of columns at ``sample_times``, by default of the state.
 
         The last column, "digits", has the correct digits of the state's worst component.
         """
         import pandas
 
-        errors = Errors(self.run, [other.run for other in beside]) if beside else self.errors
+        errors = Errors(self.run, beside.run) if beside else self.errors
         return pandas.DataFrame(
             columns_by_name(errors.over_time(expanded(names) or self.run.columns.names))
         )
 
-    def event_errors(self, *names: Any, beside: Sequence[Trajectory] = ()) -> pandas.DataFrame:
+    def event_errors(self, *names: Any, beside: Trajectory | None = None) -> pandas.DataFrame:
         """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
 
         ``names`` are columns of ``frame``, whose errors (SI) at the event's time stand before
@@ -276,7 +278,7 @@ class Trajectory:
         """
         import pandas
 
-        errors = Errors(self.run, [other.run for other in beside]) if beside else self.errors
+        errors = Errors(self.run, beside.run) if beside else self.errors
         columns = columns_by_name(errors.events(expanded(names)))
         return pandas.DataFrame({**columns, "t": self.events["t"].array})
 
@@ -322,11 +324,9 @@ class Trajectory:
                 columns[name] = list(map(self.precision.text, values))
         return pandas.DataFrame(columns)
 
-    def event_table(
-        self, names: Sequence[Any] | None = None, at: Container[str] | None = None
-    ) -> dict[Any, Array]:
-        """The columns of ``event_frame``; with ``at``, only of the events of these names."""
-        return events_with_errors(self.run, self.run.columns.names if names is None else names, at)
+    def event_table(self, names: Sequence[Any] | None = None) -> dict[Any, Array]:
+        """The columns of ``event_frame``, by default those of the state."""
+        return events_with_errors(self.run, self.run.columns.names if names is None else names)
 
     @property
     def event_counts(self) -> Counter[str]:
@@ -345,12 +345,6 @@ class Trajectory:
     def unresolved(self) -> tuple[str, ...]:
         """Requested events whose function is lost in rounding for a while; more digits decide."""
         return self.run.unresolved
-
-    @cached_property
-    def suspect_events(self) -> tuple[str, ...]:
-        """Events whose function rises, or falls, twice in a row."""
-        happened = zip(self.events["name"], self.events["direction"], strict=True)
-        return not_alternating(happened, self.setup.watched)
 
     @cached_property
     def drift(self) -> dict[str, Any]:
@@ -494,7 +488,7 @@ def integrate(
         A ``Scene``, a shipped name or a path to a TOML file.
     precision
         ``double`` (the default), ``double-double`` (31 digits) or ``triple-double`` (46) by the
-        package's own integrator, or ``extended``, ``quad`` and ``mp`` (with ``bits``) by heyoka.
+        package's own integrator, or ``quad`` and ``mp`` (with ``bits``) by heyoka.
     digits
         Instead of a precision: correct significant digits of every component, at every sample, in
         every event and at the end (``Trajectory.digits_throughout``), by the estimated errors.
@@ -546,7 +540,4 @@ def integrate(
             raise InputError(
                 f"digits: got a {name} too, which digits choose; expected one of the two"
             )
-    solution = integrate_to_digits(
-        digits, loaded, run, euler=formulation == "euler", contact=contact
-    )
-    return Trajectory(solution, sensitivity)
+    return Trajectory(integrate_to_digits(digits, loaded, run), sensitivity)

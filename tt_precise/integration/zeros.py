@@ -1,38 +1,39 @@
-"""``Zeros``: the events of a run, found in the Taylor series of its steps.
+"""``Zeros``: the events of a run, found in the Taylor polynomials of its steps.
 
 An event is a change of sign of a function along the solution. The sign of a value counts where the
 value exceeds its error; elsewhere the value is undecided. Only the signs in order of time matter:
 - 0 0 + is one event, + 0 + is a tangency, and a function that stays undecided between several
 extrema is lost in noise.
 
-The errors of the state determine the error of a function. Each step adds to the relative error of a
-component a rounding and the terms that the step leaves out; a component has at least the error that
-its rate makes of the errors of the others in a step. This is a model, not a bound: the model
-ignores how the motion amplifies errors.
+Values at Chebyshev nodes give a polynomial of each function on each step. Bernstein coefficients of
+one sign exclude a zero, and one change of sign proves one. Other steps are divided until the
+polynomials have the shape of the function; there the extrema separate its zeros. Secants refine
+zeros in double, and then in the arithmetic of the run, which also decides signs that double leaves
+open. Where a function vanishes at the exact start, its value with guard bits decides.
 
-Values at Chebyshev nodes give a polynomial on each step, so that a function only needs to be
-evaluated. Most polynomials have evidently no zero, or one. Other polynomials are divided until
-their extrema are known, and the function itself decides there. In an arithmetic wider than double,
-doubles find the positions, and the arithmetic of the run decides where doubles cannot. Near an
-exact start, where functions may vanish, the series of the start with guard bits decides, on
-intervals that shrink towards t = 0.
+The error of a function follows from the errors of the components (Wilkinson's running error
+analysis). Each step adds to the relative error of a component a rounding and the terms that the
+step leaves out; a component has at least the error that its rate makes of the errors of the others
+in a step. This is a model, not a bound: the model ignores how the motion amplifies errors.
+
+All functions share one axis of positions: the steps of the function i begin at i (steps + 1).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.integration.dense_output import NO_HITS, FoundEvents, Hits
 from tt_precise.integration.equations import event_value
-from tt_precise.integration.events import EVENTS, EXTREMUM, MOST_EVENTS, TERMINAL
-from tt_precise.integration.roots import RIGHT_BITS, Bracket, refine, vertex
+from tt_precise.integration.events import MOST_EVENTS
+from tt_precise.integration.precision import DOUBLES, Hardware, functions_of
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.steps import Sampled, Steps, Wide, of_series
+from tt_precise.integration.steps import Steps
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.taylor.interpolation import (
@@ -45,247 +46,158 @@ from tt_precise.taylor.interpolation import (
 )
 from tt_precise.taylor.series import Rounded, Sized, SizedFunctions, TaylorSeries
 
+NODES = 10  # Chebyshev nodes of a polynomial; where it leaves out too much, the step is divided.
 ROUNDING = 2.0**-53  # Relative error of a rounding in double.
 # Ratio of successive terms of a series at the end of a step: with the order 1 - log(tolerance)/2
 # steps are e^-2 of the radius of convergence (Jorba and Zou 2005).
 OMITTED = math.exp(-2)
-# Largest number of products in a product of matrices, which limits the steps of a block: for more
-# OpenBLAS starts threads. With one thread all events cost the same up to 2^21, below 2^18 more.
-MOST_PRODUCTS = 2**18
-# Nodes of a whole step, and of each interval of a step that has several zeros. They set the cost:
-# where a polynomial leaves out too much, the interval is divided.
-COARSE, FINE = 8, 14
-# Largest distances of a polynomial from its function, relative to the largest value. From SINGLE on
-# secants start at its zero, with so many right bits. From SHAPE on its extrema are those of the
-# function: their values are off by the square of SHAPE, and below ROUNDING/SHAPE, 2^7 times that,
-# the function itself decides.
-SINGLE, SHAPE = 2.0**-RIGHT_BITS, 2.0**-20
-# Halvings of a step, which leave 2^-30 of the step to a bend.
-BISECTIONS = 30
-MOST_INTERVALS = 1000  # Parts of steps that are read at once: bounds memory to some MB.
+MOST_STEPS_AT_ONCE = 4096  # bounds memory to 50 MB
+# Largest distance of a polynomial from its function, relative to its largest value: extreme values
+# are then off by the square of it, less than a rounding of the values they are decided among.
+SHAPE = 2.0**-16
+SINGLE = 2.0**-10  # The same where a polynomial has one zero, which only begins secants.
+BISECTIONS = 30  # Halvings of a step, which leave 2^-30 of the step to a bend.
+MOST_INTERVALS = 10_000  # Intervals of steps that are divided at once; bounds memory to 50 MB.
 # Smallest value at a zero, relative to the values beside it, that shows a jump: halving ends at a
 # value of rounding, 2^-53 of them, where a function is continuous, and at 1 beside a step.
 JUMP = 2.0**-3
-# Weight of undecided points between two signs that count: an extremum has 2, the end of a step 1.
-# A tangency has an extremum, and perhaps the end of a step; more is noise.
+# Undecided points in a row that a tangency explains: an extremum, and the ends of its part.
 TANGENCY = 3
-# Series of the start have GUARD bits more than the run, of the 64 of its numbers: 24 are left to
-# roundings. They have FIRST_ORDER terms, one more for 20 bits, and are read up to FIRST_PART of the
-# first step. The terms that they omit count as errors, so both set what is decided, not if it is
-# right.
-FIRST_ORDER, GUARD = 8, 40
-FIRST_PART = 2.0**-8
+GUARD = 2.0**-40  # Error of a value at the exact start, in errors of the run; 64 bits less 24.
+# Largest number of secants to a zero, for each bit: at a triple zero each gains 0.4 bits.
+SECANTS_PER_BIT = 3
+# Relative error of a polynomial's slope over the error of its zero in a step: the square of the
+# number of nodes bounds a derivative (Markov).
+SLOPE = 2.0**7
+# Distance of the points of the first parabola through an extremum, in units of its part; each
+# further distance is the square of the one before, as the error of a vertex is.
+FLATTEST = 2.0**-16
 
 
-def shrinking(bits: int) -> Array:
-    """Return bounds of intervals in the first step, from a rounding of the step to FIRST_PART."""
-    return 2.0 ** -numpy.arange(float(bits - (bits - 8) % 10), 0.0, -10.0)
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Events in columns: names, times, directions, and states, an array for each component.
+
+    Numbers are dimensionless, in the arithmetic in which the run is read.
+    """
+
+    name: Array
+    time: Array
+    direction: Array
+    state: tuple[Array, ...]
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def of(self, rows: Array | slice) -> Hits:
+        """Return some of the events."""
+        state = tuple(x[rows] for x in self.state)
+        return Hits(self.name[rows], self.time[rows], self.direction[rows], state)
+
+
+class FoundEvents(NamedTuple):
+    """The events in order of time, and names of functions whose sign is undecided somewhere.
+
+    Those that ``touches`` names are zero at a tangency, or everywhere, or ``unresolved``: below
+    their error over several extrema, so that events may be missing there.
+    """
+
+    hits: Hits
+    touches: frozenset[str] = frozenset()
+    unresolved: frozenset[str] = frozenset()
+
+
+def nothing_found(setup: Setup) -> FoundEvents:
+    """Return an empty table of events."""
+    none = setup.precision.numbers.array([])
+    names, directions = numpy.empty(0, dtype=object), numpy.empty(0, dtype=int)
+    return FoundEvents(Hits(names, none, directions, (none,) * len(setup.layout.columns)))
 
 
 class Points(NamedTuple):
-    """Values of functions at positions (step + position), in order of position.
+    """Values of functions at positions, in order, with their errors in double.
 
-    ``error`` is that of the run, ``doubt`` that of a value in double; an extremum may be off by
-    ``reach``.
+    ``reach`` is the width of the part around an extremum, 0 for other points.
     """
 
-    which: Array
     position: Array
     value: Array
     error: Array
-    doubt: Array
     reach: Array
 
 
 class Intervals(NamedTuple):
-    """Parts of steps on which a function is a polynomial of a variable from -1 to 1."""
+    """Intervals of steps on which functions are polynomials of a variable from -1 to 1."""
 
-    which: Array
-    position: Array
+    begin: Array
     width: Array
     monomials: Array
 
 
-ErrorsInside = Callable[[Steps, Array, Array, Array], tuple[Array, Array]]
-"""The errors of functions at positions in steps: in the run, and in double."""
+class SignChanges(NamedTuple):
+    """Functions, and positions on both sides of their zeros with the values there."""
+
+    which: Array
+    low: Array
+    high: Array
+    before: Array
+    behind: Array
 
 
 class Zeros:
-    """The events of a run, from its steps block by block."""
+    """A search for the events of a set-up, from the steps of a run block by block.
 
-    def __init__(self, setup: Setup, start: InitialState):
-        self.setup, self.start = setup, start
-        self.events = tuple(setup.watched.values())
-        # Functions of the catalogue are smooth, also at the poles; others may bend or jump.
-        smooth = {*EVENTS, *TERMINAL}
-        self._smooth = numpy.array([event.name in smooth for event in self.events], dtype=bool)
-        self._mpfr = setup.precision.mpfr
-        self._body = self._body_of(float)
-        self._hits: list[Hits] = []  # of each block
-        self._lost: Array = None  # errors of the components so far, relative to their sizes
+    With ``continued`` functions may be undefined where the run begins.
+    """
+
+    def __init__(self, setup: Setup, start: InitialState, *, continued: bool = False):
+        self.setup, self.start, self.events = setup, start, tuple(setup.watched.values())
+        # others than those of the catalogue may bend or jump
+        self._bent = numpy.array([not event.smooth for event in self.events], dtype=bool)
+        self._names = numpy.array([event.name for event in self.events], dtype=object)
         self._direction = numpy.array([event.direction for event in self.events], dtype=int)
-        # the last sign of each function that counts
-        self._sign = numpy.zeros(len(self.events), dtype=int)
-        self._weight = numpy.zeros(len(self.events), dtype=int)  # of undecided points after that
-        self._undecided = numpy.zeros(len(self.events), dtype=bool)
+        self._numbers, self._rounding = setup.precision.numbers, 2.0**-setup.precision.bits
+        self._wide = not setup.precision.is_float
+        self._hits: list[Hits] = []
+        self._lost: Any = 0.0  # relative errors of the components so far
+        self._sign = 0 * self._direction  # the last sign of each function that counts
+        self._undecided = 0 * self._direction  # points since then
         self._touches, self._unresolved = set[int](), set[int]()
-        # functions of the last block's events, -1 if another sign than that at the end is behind
-        self._last: Array = None
+        self._continued = continued or bool(start.row)
 
     def search(self, steps: Steps) -> None:
         """Find the events in the next steps.
 
         Raises ``InputError``: there are too many, or a function jumps or is undefined.
         """
-        with numpy.errstate(all="ignore"), self._mpfr.precision():
-            count = max(MOST_PRODUCTS // (COARSE * steps.series.shape[2]), 1)
+        count = MOST_STEPS_AT_ONCE
+        with numpy.errstate(all="ignore"), self.setup.precision.mpfr.precision():
             for first in range(0, len(steps), count):
-                self._search(steps.part(first, min(first + count, len(steps))))
+                _Block(self, steps.of(slice(first, min(first + count, len(steps))))).search()
 
-    def collect(self, end: Sequence[Scalar] | None = None) -> FoundEvents:
-        """Return the events so far.
+    def collect(self) -> FoundEvents:
+        """Return the events so far."""
+        late = numpy.flatnonzero((self._sign != 0) & (self._undecided > TANGENCY))
+        unresolved = self._unresolved.union(late.tolist())
+        touches = self._touches.union(unresolved, numpy.flatnonzero(self._sign == 0).tolist())
+        names = [frozenset(self._names[sorted(which)]) for which in (touches, unresolved)]
+        hits = nothing_found(self.setup).hits
+        if self._hits:
+            columns = ((h.name, h.time, h.direction, *h.state) for h in self._hits)
+            name, time, direction, *state = map(numpy.concatenate, zip(*columns, strict=True))
+            hits = Hits(name, time, direction, tuple(state))
+        return FoundEvents(hits.of(numpy.argsort(hits.time, kind="stable")), *names)
 
-        ``end`` is the state, in mpmath numbers, where the model ended before the horizon. What
-        vanishes there within the error of the state does not change its sign.
-        """
-        if end is not None and self._last is not None and (self._last >= 0).any():
-            kept = ~numpy.isin(self._last, list(self._vanishing(end)))
-            self._hits[-1], self._last = self._hits[-1].of(kept), self._last[kept]
-        never = numpy.flatnonzero(self._sign == 0).tolist()
-        late = numpy.flatnonzero((self._sign != 0) & (self._weight > TANGENCY)).tolist()
-        unresolved = self._unresolved.union(late)
-        touches = self._touches.union(never, unresolved)
-        names = [frozenset(self.events[i].name for i in which) for which in (touches, unresolved)]
-        return FoundEvents(Hits.of_blocks(self._hits) if self._hits else NO_HITS, *names)
-
-    def _vanishing(self, end: Sequence[Scalar]) -> set[int]:
-        """Return the functions that the errors of the components carry through zero at a state.
-
-        To every order: where contact ends, functions vanish with the third power of a component.
-        """
-        mpfr, count = self._mpfr, range(len(self.events))
-        with mpfr.precision():
-            components = []
-            for k, (x, error) in enumerate(zip(end, self._error.tolist(), strict=True)):
-                column = [x] * (2 * len(end) + 1)
-                column[2 * k + 1 : 2 * k + 3] = x - error, x + error
-                components.append(mpfr.array(column))
-            table = self._along(count, self._body_of(mpfr.number), components, mpfr)
-        found = set()
-        for i, value in zip(count, table, strict=True):
-            f = value + 0 * components[0]
-            if not abs(f[0]) > sum(abs(f[1:] - f[0])):
-                found.add(i)
-        return found
-
-    # ---- steps ----------------------------------------------------------------------------------
-
-    def _search(self, steps: Steps) -> None:
-        from_exact = self._lost is None and not self.start.row
-        self._last = None
-        sampled = steps.sampled(nodes(COARSE))
-        error, doubt = self._errors(steps, sampled)
-        # undefined where a segment begins or ends
-        own, rough = (numpy.fmax(x[:, :-1], x[:, 1:]) for x in (error, doubt))
-        value = numpy.empty(error.shape)
-        single, unclear = numpy.empty((2, *own.shape), dtype=bool)
-        monomials = []
-        # one function at a time, whose arrays stay in the cache
-        for i, f in enumerate(self._along(range(len(value)), self._body, sampled.row, numpy)):
-            table = numpy.empty(sampled.row.shape[1:])
-            table[...] = f
-            table[-1, :-1] = table[0, 1:]
-            value[i] = numpy.append(table[0], table[-1, -1:])
-            polynomials = through(table, ~self._smooth[i])
-            most = polynomials.tail + rough[i]
-            changes, certain = sign_changes(polynomials.bernstein, most)
-            certain &= numpy.isfinite(most)
-            single[i] = certain & (changes == 1)
-            single[i] &= polynomials.tail <= SINGLE * abs(table).max(axis=0)
-            unclear[i] = ~certain | ((changes == 1) & ~single[i])
-            monomials.append(polynomials.monomials[:, single[i]])
-        low = numpy.zeros_like(value[:, :-1])
-        if from_exact:
-            self._require_defined(value[:, 0], sampled.row)
-            near = numpy.flatnonzero(abs(value[:, 0]) <= doubt[:, 0])  # their first step is unclear
-            if len(near):
-                self._read_start(steps, near)
-                low[near, 0], value[near, 0] = FIRST_PART, self._sign[near]
-        which, step = numpy.nonzero(single)
-        powers = numpy.zeros((FINE, len(which)))
-        powers[:COARSE] = numpy.concatenate(monomials, axis=1)
-        whole = Intervals(which, step.astype(float), 0.0 * step + 1, powers)
-        which, step = numpy.nonzero(unclear)
-        begin = low[which, step]
-        parts, inner = self._divided(
-            steps, which, step, begin, 1 - begin, own[which, step], rough[which, step],
-            self._errors_inside,
-        )  # fmt: skip
-        # the ends of all steps, and of those that may have zeros
-        ends = numpy.ones(value.shape, dtype=bool)
-        ends[:, 1:-1] = (unclear | single)[:, 1:] | (unclear | single)[:, :-1]
-        functions, position = numpy.nonzero(ends)
-        begin = numpy.append(low, low[:, :1] * 0, axis=1)[ends]
-        columns = value[ends], error[ends], doubt[ends], 0 * begin
-        self._settle(
-            steps, _concatenate(Points(functions, position + begin, *columns), inner),
-            _concatenate(whole, parts),
-        )  # fmt: skip
-
-    def _read_start(self, steps: Steps, near: Array) -> None:
-        """Take over the events of functions that vanish at the start, up to a part of a step."""
-        key = "events at the start", self.setup, float(steps.length[0])
-        first = self.start.once(key, lambda: self._at_start(steps, near))
-        self._hits += first._hits
-        self._touches |= first._touches
-        self._unresolved |= first._unresolved
-        self._sign[near] = first._sign[near]
-        self._weight[near] = first._weight[near]
-        self._undecided[near] = first._undecided[near]
-
-    def _at_start(self, steps: Steps, near: Array) -> Zeros:
-        """Return the events of functions that vanish at the start, on shrinking intervals."""
-        found = Zeros(self.setup, self.start)
-        layout, number, bits = self.setup.layout, self._mpfr.number, self.setup.precision.bits
-        row = [number(x) for x in self.start.first_row(self.setup.formulation, self.setup.record)]
-        body, order = self._body_of(number), FIRST_ORDER + bits // 20
-        entries = layout.moving(body, row, self._mpfr)[0]
-        series = [entry.upto(order)[: order + 1] for entry in entries]
-        first = of_series(series, number(float(steps.length[0])), self.setup)
-        sizes = steps.part(0, 1).sampled(numpy.zeros(1)).size
-        left = abs(first.series[0, :, -1:]) * OMITTED
-        rounding = 2.0 ** -(bits + GUARD)
-        bounds = shrinking(bits)
-        relative = rounding + numpy.where(sizes > 0, left / sizes, 0.0) * bounds[1:] ** order
-        ends = [x.ravel() for x in first.sampled(numpy.array([0.0, 1.0])).row]
-        errors = [
-            (self._sizes(ends, sizes * x[:, None] / rounding) * rounding)[near].max(axis=1)
-            for x in relative.T
-        ]
-        low, width, count = bounds[:-1], numpy.diff(bounds), len(near)
-        which, error = numpy.tile(near, len(low)), numpy.concatenate(errors)
-        parts, inner = self._divided(
-            first, which, 0 * which, numpy.repeat(low, count), numpy.repeat(width, count), error,
-            error,
-        )  # fmt: skip
-        at, last = numpy.full(count, FIRST_PART), errors[-1]
-        end = self._values(first, near, 0 * near, at, last)
-        found._settle(first, _concatenate(Points(near, at, end, last, last, 0 * at), inner), parts)
-        return found
-
-    # ---- values and errors ----------------------------------------------------------------------
-
-    def _body_of(self, number: Callable[[Scalar], Scalar]) -> Any:
-        form = self.setup.formulation
-        return form.body([number(x) for x in self.start.parameters(form)])
-
-    def _along(
-        self, which: Sequence[int], body: Any, row: Sequence[Scalar], fn: Functions
+    def values(
+        self, which: Sequence[int], row: Sequence[Scalar], fn: Functions, number: Any = float
     ) -> Iterator[Scalar]:
-        """Give some functions at rows in any arithmetic."""
-        layout = self.setup.layout
-        q = layout.motion(body, row, fn)
-        moving = None
+        """Evaluate some functions at rows of any arithmetic."""
+        layout, form = self.setup.layout, self.setup.formulation
+        body = self.start.once(
+            ("parameters", number),
+            lambda: form.body([number(x) for x in self.start.parameters(form)]),
+        )
+        q, moving = layout.motion(body, row, fn), None
         for event in (self.events[i] for i in which):
             if event.of_rate:
                 moving = moving or layout.moving(body, row, fn)[1]
@@ -294,401 +206,464 @@ class Zeros:
             else:
                 yield event_value(event, q)
 
-    def _table(self, row: Sequence[Array]) -> Array:
-        """Return all functions at rows of doubles."""
-        table = numpy.empty((len(self.events), *row[0].shape))
-        for i, value in enumerate(self._along(range(len(table)), self._body, row, numpy)):
-            table[i] = value
-        return table
-
-    def _values(
-        self, steps: Steps, which: Array, step: Array, position: Array, doubt: Array
-    ) -> Array:
-        """Return functions at positions in steps, in the run's arithmetic where doubles fail."""
-        if steps.wide and steps.wide.only:
-            return self._wide_values(steps.wide, which, step, position)
-        table = self._table(steps.inside(step, position))
-        f: Array = table[which, numpy.arange(len(which))]
-        if steps.wide:
-            largest = abs(f).max(axis=tuple(range(1, f.ndim)), initial=0)
-            lost = numpy.flatnonzero(~(largest > doubt / SHAPE))
-            if len(lost):
-                f[lost] = self._wide_values(steps.wide, which[lost], step[lost], position[lost])
-        return f
-
-    def _wide_values(self, wide: Wide, which: Array, step: Array, position: Array) -> Array:
-        """Return functions at positions, evaluated in the wide arithmetic, as doubles."""
-        shape = (-1, *(1,) * (position.ndim - 1))
-        mine, at = (x.reshape(shape) + 0 * position for x in (which, step))
-        there, index = numpy.unique(at + 1j * position, return_inverse=True)
-        _, row = wide.rows(there.real.astype(int), wide.array(there.imag))
-        functions = sorted(set(which.tolist()))
-        table = self._along(functions, self._body_of(wide.number), row, wide.fn)
-        index, f = index.reshape(mine.shape), numpy.empty(mine.shape)
-        for i, value in zip(functions, table, strict=True):
-            here = mine == i
-            f[here] = (value + 0 * row[0])[index[here]]
-        return f
-
-    def _of_wide(self, wide: Wide, i: int, row: Sequence[Array]) -> Array:
-        """Return one function at rows of wide numbers."""
-        (value,) = self._along([i], self._body_of(wide.number), row, wide.fn)
-        return value + 0 * row[0]
-
-    def _errors(self, steps: Steps, sampled: Sampled) -> tuple[Array, Array]:
-        """Return errors of the functions at the ends of the steps: in the run, and in double.
-
-        The size of a component in a step is its largest term. A step adds a rounding and the terms
-        that it omits, and a value has the roundings of its series. Where a component is small, the
-        errors of the others are more: at least those that its rate makes of them in one step.
-        """
-        row, size, (last, before), rounded = sampled
-        left = OMITTED * (last + OMITTED * before)
-        rounding = 2.0**-self.setup.precision.bits
-        if self._lost is None:
-            self._lost = numpy.zeros((len(size), 1))
-        lost = self._lost + numpy.cumsum(numpy.where(size > 0, left / size, 0) + rounding, axis=1)
-        errors = size * lost + rounded * rounding
-        coupled = self._errors_of_rates(row[:, 0], errors / rounding) * rounding * steps.length
-        errors = numpy.fmax(errors, coupled)  # rates are undefined where gliding begins
-        self._lost, self._error = lost[:, -1:], errors[:, -1]
-        ends = [*numpy.append(row[:, 0], row[:, -1, -1:], axis=1)]
-        self._of_steps = rounded, errors
-        errors, rounded = (numpy.append(x, x[:, -1:], axis=1) for x in (errors, rounded))
-        for x in (errors, rounded):
-            x[:, 1:-1] = numpy.fmax(x[:, 1:-1], x[:, :-2])
-        return self._propagated(ends, rounded, errors)[::-1]
-
-    def _errors_inside(
-        self, steps: Steps, which: Array, step: Array, position: Array
-    ) -> tuple[Array, Array]:
-        """Return errors of functions at positions in steps: in the run, and in double.
-
-        They may exceed those at both ends of a step, within which the axis passes a pole.
-        """
-        rounded, errors = (x[:, step] for x in self._of_steps)
-        both = self._propagated([*steps.inside(step, position)], rounded, errors)
-        doubt, error = (x[which, numpy.arange(len(which))] for x in both)
-        return error, doubt
-
-    def _errors_of_rates(self, states: Array, errors: Array) -> Array:
-        """Return the errors of the rates at ``states``, from their ``errors``, in roundings."""
-        row = list(map(Sized, states, errors))
-        rates = self.setup.layout.rates(self._body, row, SizedFunctions())
-        of_rates = numpy.zeros_like(errors)
-        for i, rate in enumerate(rates):
-            of_rates[i] = getattr(rate, "size", 0.0)
-        return of_rates
-
-    def _propagated(
-        self, rows: Sequence[Array], rounded: Array, errors: Array
-    ) -> tuple[Array, Array]:
-        """Return the errors of the functions from errors of components: in double, and in the run.
-
-        ``rows`` are arrays of one axis; ``errors`` are those of the run, ``rounded`` the roundings
-        of a value in double.
-        """
-        error = self._sizes(rows, numpy.maximum(errors / ROUNDING, rounded)) * ROUNDING
-        if self.setup.precision.is_float:
-            return error, error
-        rounding = 2.0**-self.setup.precision.bits
-        return error, self._sizes(rows, errors / rounding) * rounding
-
-    def _sizes(self, rows: Sequence[Array], errors: Array) -> Array:
-        """Return the errors of the functions, from errors of components, both in roundings."""
-        row = [Rounded(x, size + 0 * x) for x, size in zip(rows, errors, strict=True)]
-        table = numpy.zeros((len(self.events), len(rows[0])))
-        values = self._along(range(len(table)), self._body, row, SizedFunctions())
-        for i, value in enumerate(values):
-            table[i] = getattr(value, "size", 0.0)
-        return table
-
-    def _require_defined(self, f: Array, row: Sequence[Array]) -> None:
-        undefined = [e for e, x in zip(self.events, f, strict=True) if not numpy.isfinite(x)]
-        if not undefined:
-            return
-        q = self.setup.layout.motion(self._body, row, numpy)
-        bent = [
-            e.name for e in undefined if e.of_rate and numpy.isfinite(numpy.ravel(e.function(q))[0])
-        ]
-        advice = (
-            f"; of {', '.join(bent)} only the rate is undefined there, as of a root where v_A = 0: "
-            f"use the square, or {EXTREMUM}gliding_speed"
-        )
-        raise InputError(
-            f"events: got {', '.join(e.name for e in undefined)}, undefined at the start, expected "
-            "a function that is defined there, such as theta_max, phi_dot_zero or nu_x_zero"
-            + (advice if bent else "")
-        )
-
-    # ---- parts of steps -------------------------------------------------------------------------
-
-    def _divided(
-        self, steps: Steps, which: Array, step: Array, low: Array, width: Array, error: Array,
-        doubt: Array, inside: ErrorsInside | None = None,
-    ) -> tuple[Intervals, Points]:  # fmt: skip
-        """Return parts of steps with polynomials of the functions' shape, and points inside.
-
-        The points are the extrema, and the bounds between the parts of a step. ``inside`` gives the
-        errors in the middle of a part that is halved, which count in both halves.
-
-        Raises ``InputError``: a function is undefined inside, or there are too many parts.
-        """
-        done, parts = [], 0
-        waiting: list[tuple[int, Sequence[Array]]]
-        waiting = [(0, (which, step, low, width, error, doubt))]
-        while waiting:
-            halving, columns = waiting.pop()
-            if len(columns[0]) > MOST_INTERVALS:
-                halves = slice(MOST_INTERVALS), slice(MOST_INTERVALS, None)
-                waiting += [(halving, [x[half] for x in columns]) for half in halves]
-                continue
-            which, step, low, width, error, doubt = columns
-            positions = low[:, None] + width[:, None] * nodes(FINE)
-            f = self._values(steps, which, step, positions, doubt).T
-            polynomials, largest = through(f, ~self._smooth[which]), abs(f).max(axis=0, initial=0)
-            shaped = polynomials.tail <= numpy.maximum(SHAPE * largest, doubt)
-            last = halving == BISECTIONS
-            self._require_defined_inside(steps, which, step, low, width, f, last)
-            shaped |= last & numpy.isfinite(polynomials.tail)
-            kept = [x[shaped] for x in (*columns, f[0], largest, polynomials.tail)]
-            done.append((*kept, polynomials.bernstein[:, shaped], polynomials.monomials[:, shaped]))
-            parts += len(kept[0])
-            _require_few(parts)
-            if last or shaped.all():
-                continue
-            columns = [x[~shaped] for x in columns]
-            which, step, low, width, error, doubt = columns
-            if inside:
-                middle = inside(steps, which, step, low + width / 2)
-                # where errors exceed the function it may be undefined, which is asked later
-                known = middle[1] <= largest[~shaped]
-                columns[4:] = (
-                    numpy.where(known, numpy.fmax(before, there), before)
-                    for before, there in zip((error, doubt), middle, strict=True)
-                )
-            which, step, low, width, error, doubt = (numpy.tile(x, 2) for x in columns)
-            width = width / 2
-            low[len(low) // 2 :] += width[len(low) // 2 :]
-            waiting.append((halving + 1, (which, step, low, width, error, doubt)))
-        which, step, low, width, error, doubt, first, largest, tail, bernstein, monomials = (
-            numpy.concatenate(part, axis=-1) for part in zip(*done, strict=True)
-        )
-        _, certain = sign_changes(bernstein, tail + doubt)
-        # an interval that is below its error everywhere has nothing to decide
-        open_ = numpy.flatnonzero(~certain & (abs(bernstein).max(axis=0, initial=0) > error))
-        of, inside = extrema(Polynomials(bernstein[:, open_], tail[open_], monomials[:, open_]))
-        of = open_[of]
-        position = low[of] + width[of] * inside
-        value = self._values(steps, which[of], step[of], position, doubt[of])
-        flat = numpy.maximum(doubt, largest * ROUNDING / SHAPE)
-        turning = Points(which[of], step[of] + position, value, error[of], flat[of], width[of])
-        bounds = Points(which, step + low, first, error, flat, 0 * low)
-        inner = Points(*(x[low > 0] for x in bounds))
-        return Intervals(which, step + low, width, monomials), _concatenate(turning, inner)
-
-    def _require_defined_inside(
-        self, steps: Steps, which: Array, step: Array, low: Array, width: Array, f: Array,
-        last: bool,
-    ) -> None:  # fmt: skip
-        """Refuse parts of steps in which all values are undefined, and in the last parts one value.
-
-        A function may be undefined where a segment begins or ends.
-        """
-        finite = numpy.isfinite(f)
-        undefined = ~(finite.all(axis=0) if last else finite.any(axis=0))
-        undefined &= (step + low > 0) & (step + low + width < len(steps))
-        for i, position in zip(which[undefined], (step + low)[undefined], strict=True):
-            raise self._broken(int(i), steps, float(position))
-
-    def _broken(self, i: int, steps: Steps, position: float) -> InputError:
-        step = min(int(position), len(steps) - 1)
-        t = steps.begin[step] + (position - step) * steps.length[step]
-        t = float(t) * float(self.start.units.time)
-        return InputError(
-            f"events: got {self.events[i].name}, which jumps or is undefined at t = {t:.6g} s, "
-            "expected a continuous function that is always defined, such as theta_max or "
-            "phi_dot_zero"
-        )
-
-    # ---- signs ----------------------------------------------------------------------------------
-
-    def _settle(self, steps: Steps, points: Points, intervals: Intervals) -> None:
-        """Record the changes of sign between points, and the functions that are undecided."""
-        unsure = numpy.flatnonzero(abs(points.value) <= points.doubt)
-        if steps.wide and len(unsure):
-            self._decide(steps, steps.wide, points, unsure)
-        order = numpy.lexsort((points.position, points.which))
-        points = Points(*(x[order] for x in points))
-        low, high, direction = self._changes(points)
-        if len(low):
-            self._record(steps, points, low, high, direction, intervals)
-
-    def _changes(self, points: Points) -> tuple[Array, Array, Array]:
-        """Return the points before and behind the events between points, and the directions.
-
-        Before the points of a function stand its last sign that counts and, if points are undecided
-        after that, one with their weight.
-        """
-        functions = numpy.arange(len(self.events))
-        later = numpy.flatnonzero(self._undecided)
-        order = numpy.argsort(numpy.concatenate([functions, later, points.which]), kind="stable")
-        # an undecided extremum, and an undecided end of a step
-        own = numpy.where(points.reach > 0, 2, points.position == numpy.floor(points.position))
-        which, signs, weights, counts = (
-            numpy.concatenate(parts)[order]
-            for parts in (
-                (functions, later, points.which),
-                (self._sign, 0 * later, numpy.sign(points.value).astype(int)),
-                (0 * functions, self._weight[later], own),
-                (functions >= 0, later < 0, abs(points.value) > points.error),
-            )
-        )
-        undecided = numpy.cumsum(weights * ~counts)
-        seen = numpy.flatnonzero(counts)
-        previous, here = seen[:-1], seen[1:]
-        within = which[previous] == which[here]
-        previous, here = previous[within], here[within]
-        before, counted, of = signs[previous], signs[here], which[here]
-        lost = undecided[here] - undecided[previous] > TANGENCY
-        gap = (here - previous > 1) & (before != 0)
-        self._touches.update(of[gap & (before == counted)].tolist())
-        self._unresolved.update(of[gap & lost].tolist())
-        wanted = (before * counted < 0) & (
-            (self._direction[of] == 0) | (self._direction[of] == counted)
-        )
-        high = here.copy()
-        for k in numpy.flatnonzero(wanted & (here - previous > 1)).tolist():
-            while signs[high[k] - 1] == counted[k]:
-                high[k] -= 1
-        last = seen[numpy.searchsorted(which[seen], functions, side="right") - 1]
-        end = numpy.searchsorted(which, functions, side="right") - 1
-        self._sign, self._weight = signs[last], undecided[end] - undecided[last]
-        self._undecided = last < end
-        number = order - len(order) + len(points.which)  # of a point, below 0 for those before all
-        high, low = number[high[wanted]], number[high[wanted] - 1]
-        return numpy.where(low < 0, high, low), high, counted[wanted]
-
-    def _decide(self, steps: Steps, wide: Wide, points: Points, unsure: Array) -> None:
-        """Replace values by the wide arithmetic's, at extrema by those of the nearby vertex."""
-        still = unsure[points.reach[unsure] == 0]
-        step = numpy.minimum(points.position[still].astype(int), len(steps) - 1)
-        position = points.position[still] - step
-        if len(still):
-            points.value[still] = self._wide_values(wide, points.which[still], step, position)
-        turning = unsure[points.reach[unsure] > 0]
-        for i in set(points.which[turning].tolist()):
-            here = turning[points.which[turning] == i]
-            step = numpy.minimum(points.position[here].astype(int), len(steps) - 1)
-            value = partial(self._in_wide, wide, i, step)
-            position, reach = wide.array(points.position[here] - step), points.reach[here]
-            # Beyond the steps the function may be another one.
-            low, high = -step.astype(float), (len(steps) - step).astype(float)
-            position, extreme = vertex(value, position, reach, low, high, self.setup.precision.bits)
-            points.value[here] = extreme
-            points.position[here] = step + position.astype(float)
-
-    def _record(
-        self, steps: Steps, points: Points, low: Array, high: Array, direction: Array,
-        intervals: Intervals,
-    ) -> None:  # fmt: skip
-        """Record the zeros between neighbouring points, of which ``high`` is behind the zero.
-
-        Raises ``InputError``: a function jumps there.
-        """
-        which, begin, end = points.which[high], points.position[low], points.position[high]
-        error = numpy.maximum(points.error[low], points.error[high])
-        step = numpy.minimum(begin, len(steps) - 1).astype(int)
-        position, slope, reach = begin - step, 0 * begin + numpy.inf, end - begin
-        if len(intervals.which):
-            mine = _last_before(intervals, which, begin)
-            origin, width = intervals.position[mine], intervals.width[mine]
-            inside = (intervals.which[mine] == which) & (begin >= origin) & (begin < origin + width)
-            left, right = (2 * numpy.clip((x - origin) / width, 0, 1) - 1 for x in (begin, end))
-            root, rate = zero_between(intervals.monomials[:, mine], left, right, direction)
-            position = numpy.where(inside, origin - step + width * (1 + root) / 2, position)
-            slope = numpy.where(inside, 2 * rate / width, slope)
-        zeros = self._zeros(
-            steps, which, step, Bracket(position, begin - step, end - step, slope, direction)
-        )
-        # against the value on the same side of the zero
-        before = zeros.value * direction < 0
-        beside = abs(numpy.where(before, points.value[low], points.value[high]))
-        broken = (abs(zeros.value) > JUMP * beside) & (abs(zeros.value) > error) & (reach > 0)
-        for k in numpy.flatnonzero(broken & ~self._smooth[which]).tolist():
-            raise self._broken(int(which[k]), steps, float(begin[k]))
-        names = numpy.array([event.name for event in self.events], dtype=object)
-        self._hits.append(Hits(names[which], zeros.times, direction, zeros.states))
-        self._last = numpy.where(points.position[high] == len(steps), which, -1)
-        _require_few(sum(map(len, self._hits)))
-
-    def _zeros(self, steps: Steps, which: Array, step: Array, bracket: Bracket) -> _Zero:
-        """Return the zeros of functions in steps, to the last bits of the run."""
-        wide = steps.wide
-        if not wide:
-            states = numpy.empty((steps.series.shape[1], len(which)))
-            function = partial(self._in_double, steps, which, step, states)
-            position, left = refine(function, bracket, 53)
-            times = steps.begin[step] + position * steps.length[step]
-            return _Zero(times, states.T, left)
-        position, low, high = map(wide.array, bracket[:3])
-        bracket = bracket._replace(position=position, low=low, high=high)
-        left, bits = numpy.zeros(len(which)), self.setup.precision.bits
-        for i in set(which.tolist()):
+    def of_each(self, which: Array, row: Sequence[Array], numbers: Any) -> Array:
+        """Evaluate at each row the function that belongs to the row."""
+        functions, values = numpy.unique(which).tolist(), 0 * row[0]
+        fn = functions_of(numbers)
+        if isinstance(numbers, Hardware):
+            for i, value in zip(functions, self.values(functions, row, fn), strict=True):
+                numpy.copyto(values, numpy.asarray(value, dtype=float), where=which == i)
+            return values
+        for i in functions:
             here = which == i
-            function, part = partial(self._in_wide, wide, i, step[here]), bracket.of(here)
-            position[here], left[here] = refine(function, part, bits)
-        when, row = wide.rows(step, position)
-        back = numpy.frompyfunc(wide.back, 1, 1)
-        kind = float if self.setup.precision.is_float else object
-        return _Zero(back(when).astype(kind), back(numpy.array(row)).T.astype(kind), left)
+            (value,) = self.values([i], [x[here] for x in row], fn, numbers.number)
+            values[here] = value
+        return values
 
-    def _in_double(
-        self, steps: Steps, which: Array, step: Array, states: Array, position: Array,
-        rows: Any = slice(None),
-    ) -> Array:  # fmt: skip
-        """Return functions at positions in steps, and keep the states there."""
-        states[:, rows] = row = steps.inside(step[rows], position)
-        f: Array = self._table(row)[which[rows], numpy.arange(len(position))]
-        return f
+    @property
+    def exact_start(self) -> Array:
+        """The functions at the exact start, computed with guard bits, as doubles."""
 
-    def _in_wide(
-        self, wide: Wide, i: int, step: Array, position: Array, rows: Any = slice(None)
-    ) -> Array:
-        return self._of_wide(wide, i, wide.rows(step[rows], position)[1])
+        def compute() -> Array:
+            mpfr, setup = self.setup.precision.mpfr, self.setup
+            row = [mpfr.array([x]) for x in self.start.first_row(setup.formulation, setup.record)]
+            values = self.values(range(len(self.events)), row, mpfr, mpfr.number)
+            return numpy.array([float((value + 0 * row[0])[0]) for value in values])
+
+        return self.start.once(("events at the start", self.setup), compute)
+
+    def settle(self, which: Array, value: Array, error: Array, extreme: Array) -> Array:
+        """Return the points behind the changes of sign, and note what is undecided."""
+        signs = numpy.where(abs(value) > error, numpy.sign(value), 0).astype(int)
+        counted = numpy.flatnonzero(signs)
+        mine, sign, functions = which[counted], signs[counted], numpy.arange(len(self.events))
+        begin, end = numpy.searchsorted(which, [functions, functions + 1])
+        before, gap = numpy.roll(sign, 1), numpy.diff(counted, prepend=0) - 1
+        first = mine != numpy.roll(mine, 1)
+        first[:1] = True
+        before[first] = self._sign[mine[first]]
+        gap[first] = (counted - begin[mine])[first] + self._undecided[mine[first]]
+        new = before == 0
+        if not self._continued:  # an undecided extremum since the exact start may hide two zeros
+            early = numpy.cumsum(numpy.append(0, extreme & (signs == 0)))
+            lost = early[counted] > early[begin[mine]]
+            self._unresolved |= set(mine[new & lost].tolist())
+        self._touches |= set(mine[~new & (gap > 0) & (before == sign)].tolist())
+        self._unresolved |= set(mine[~new & (gap > TANGENCY)].tolist())
+        last = numpy.searchsorted(mine, functions, side="right") - 1
+        known = numpy.isin(functions, mine)
+        self._undecided = self._undecided + end - begin
+        self._undecided[known] = end[known] - 1 - counted[last[known]]
+        self._sign[known] = sign[last[known]]
+        change = before * sign < 0
+        change &= (self._direction[mine] == 0) | (self._direction[mine] == sign)
+        high = counted[change]
+        for k in numpy.flatnonzero(gap[change]):  # the change of sign among undecided values
+            while high[k] > begin[which[high[k]]] and value[high[k] - 1] * value[high[k]] > 0:
+                high[k] -= 1
+        return high
+
+    def record(self, which: Array, time: Array, direction: Array, state: Sequence[Array]) -> None:
+        """Record the events of one block.
+
+        Raises ``InputError``: there are too many.
+        """
+        self._hits.append(Hits(self._names[which], time, direction.astype(int), tuple(state)))
+        require_few(sum(map(len, self._hits)))
+
+    def broken(self, which: Sequence[int], time: float) -> InputError:
+        """Return the refusal of functions that jump or are undefined at a dimensionless time."""
+        names = ", ".join(self._names[sorted(which)])
+        seconds = time * float(self.start.units.time)
+        return InputError(
+            f"events: got {names}, which jumps or is undefined at t = {seconds:.6g} s, expected a "
+            "continuous function that is defined everywhere, such as theta_max or phi_dot_zero, or "
+            "extremum:gliding_speed"
+        )
 
 
-class _Zero(NamedTuple):
-    """Times and states of zeros, and the values of the functions at the zeros."""
+class _Block:
+    """The search in one block of steps."""
 
-    times: Array
-    states: Array
-    value: Array
+    def __init__(self, zeros: Zeros, steps: Steps):
+        self.zeros, self.steps, self.count = zeros, steps, len(steps)
+
+    def search(self) -> None:
+        """Find and record the events."""
+        zeros = self.zeros
+        row = self.steps.sampled(nodes(NODES))
+        table = numpy.empty((NODES, len(zeros.events), self.count))
+        for i, value in enumerate(zeros.values(range(len(zeros.events)), row, numpy)):
+            table[:, i] = value
+        self._measure_errors(row)
+        self._require_defined(table)
+        points, intervals = self._separated(table)
+        which, _, _ = self._located(points.position)
+        brackets = self._brackets(which, points)
+        if len(brackets.which):
+            self._refine(brackets, intervals)
+
+    @property
+    def _exact_start(self) -> bool:
+        """True if the first step begins at the exact start."""
+        return not (self.zeros._continued or self.steps.begin[0])
+
+    def _located(self, position: Array) -> tuple[Array, Array, Array]:
+        """Return function, step and position in the step of positions of all functions."""
+        which = (position // (self.count + 1)).astype(int)
+        along = position - which * (self.count + 1.0)
+        step = numpy.minimum(along.astype(int), self.count - 1)
+        return which, step, along - step
+
+    # ---- values and errors ----------------------------------------------------------------------
+
+    def _values(self, position: Array) -> Array:
+        """Evaluate functions in double; the positions of a row belong to one step."""
+        if len(position) > MOST_INTERVALS:
+            halves = position[:MOST_INTERVALS], position[MOST_INTERVALS:]
+            return numpy.concatenate(list(map(self._values, halves)))
+        which, step, inside = self._located(position)
+        row = self.steps.inside(step if step.ndim == 1 else step[:, 0], inside)
+        return self.zeros.of_each(which, row, DOUBLES)
+
+    def _exact_values(self, position: Array) -> Array:
+        """Evaluate functions in the arithmetic of the run; return doubles."""
+        which, step, inside = (x.ravel() for x in self._located(position))
+        numbers = self.zeros._numbers
+        times = self.steps.times(step, numbers.array(inside.tolist()))
+        value = self.zeros.of_each(which, self.steps.evaluate(step, times, numbers), numbers)
+        return value.astype(float).reshape(position.shape)
+
+    def _measure_errors(self, row: Array) -> None:
+        """Compute the errors of the functions on each step: ``doubt`` of doubles; see ``error``.
+
+        The size of a component on a step is its largest value or change. Where a component is
+        small, the errors of the others are more.
+        """
+        zeros, rounding, terms = self.zeros, self.zeros._rounding, self.steps.terms
+        size = numpy.maximum(abs(row).max(axis=1), abs(terms[:, :, 1]).T)
+        left = OMITTED * (abs(terms[:, :, -1]) + OMITTED * abs(terms[:, :, -2])).T
+        added = numpy.where(size > 0, left / size, 0) + rounding
+        lost = numpy.cumsum(added, axis=1) + numpy.reshape(zeros._lost, (-1, 1))
+        zeros._lost = lost[:, -1]
+        roundings = 2 * terms.shape[2] * size  # of a value of a series
+        errors = size * lost + roundings * rounding
+        layout, form = zeros.setup.layout, zeros.setup.formulation
+        body = form.body([float(x) for x in zeros.start.parameters(form)])
+        sized = list(map(Sized, row[:, 0], errors / rounding))
+        for i, rate in enumerate(layout.rates(body, sized, SizedFunctions())):
+            coupled = getattr(rate, "size", 0.0) * rounding * self.steps.length
+            errors[i] = numpy.fmax(errors[i], coupled)  # undefined where gliding begins
+        self._roundings = roundings * ROUNDING
+        self._ends = numpy.append(row[:, 0], row[:, -1, -1:], axis=1)
+        self._errors = errors
+        self.doubt = self._propagated(numpy.fmax(errors, self._roundings), ROUNDING)
+
+    @cached_property
+    def error(self) -> Array:
+        """The errors of the functions in the arithmetic of the run."""
+        zeros = self.zeros
+        return self._propagated(self._errors, zeros._rounding) if zeros._wide else self.doubt
+
+    def _propagated(self, errors: Array, rounding: float) -> Array:
+        """Return the larger error of the functions at both ends of each step."""
+        zeros = self.zeros
+        at_ends = numpy.append(errors, errors[:, -1:], axis=1) / rounding
+        at_ends[:, 1:-1] = numpy.fmax(at_ends[:, 1:-1], at_ends[:, :-2])
+        rows = list(map(Rounded, self._ends, at_ends))
+        table = numpy.zeros((len(zeros.events), self.count + 1))
+        for i, value in enumerate(zeros.values(range(len(table)), rows, SizedFunctions())):
+            table[i] = getattr(value, "size", 0.0) * rounding
+        return numpy.fmax(table[:, :-1], table[:, 1:])
+
+    def _errors_inside(self, position: Array, *, wide: bool = False) -> Array:
+        """Return errors in double, or ``wide`` in the run, at positions inside of steps.
+
+        They exceed those at both ends where the axis passes a pole.
+        """
+        zeros, (which, step, inside) = self.zeros, self._located(position)
+        rounding, errors = zeros._rounding if wide else ROUNDING, self._errors[:, step]
+        if not wide:
+            errors = numpy.fmax(errors, self._roundings[:, step])
+        rows = list(map(Rounded, self.steps.inside(step, inside), errors / rounding))
+        functions, sizes = numpy.unique(which).tolist(), 0 * position
+        for i, value in zip(
+            functions, zeros.values(functions, rows, SizedFunctions()), strict=True
+        ):
+            size = numpy.asarray(getattr(value, "size", 0.0) * rounding + 0 * position, dtype=float)
+            numpy.copyto(sizes, size, where=(which == i) & numpy.isfinite(size))
+        return sizes
+
+    def _require_defined(self, table: Array) -> None:
+        """Refuse functions that are undefined; where a segment begins or ends they may be."""
+        undefined, zeros = ~numpy.isfinite(table), self.zeros
+        if zeros._continued and not self.steps.begin[0]:
+            undefined[0, :, 0] = False
+        undefined[-1, :, -1] = False
+        which = numpy.flatnonzero(undefined.any(axis=(0, 2)))
+        for i in which.tolist():
+            node, step = numpy.argwhere(undefined[:, i])[0]
+            at = numpy.array([i * (self.count + 1.0) + step + nodes(NODES)[node]])
+            if not (zeros._wide and numpy.isfinite(self._exact_values(at)).all()):
+                raise zeros.broken(which.tolist(), float(self.steps.begin[step]))
+
+    # ---- points between which signs are compared ------------------------------------------------
+
+    def _separated(self, table: Array) -> tuple[Points, Intervals]:
+        """Return points that separate the zeros of all functions, and polynomials between them."""
+        shape, ends = table.shape[1:], numpy.concatenate([table[0], table[-1, :, -1:]], axis=1)
+        bent, largest = numpy.repeat(self.zeros._bent, self.count), abs(table).max(axis=0).ravel()
+        polynomials = through(table.reshape(NODES, -1), bent)
+        most = polynomials.tail + self.doubt.ravel()
+        changes, certain = sign_changes(polynomials.bernstein, most)
+        certain &= numpy.isfinite(most)
+        single = certain & (changes == 1) & (polynomials.tail <= SINGLE * largest)
+        unclear = (~(certain & (changes == 0)) & ~single).reshape(shape)
+        either = single.reshape(shape) | unclear
+        marked = numpy.ones((len(ends), self.count + 1), dtype=bool)
+        marked[:, 1:-1] = either[:, 1:] | either[:, :-1]
+        at_ends = numpy.flatnonzero(marked).astype(float)
+        errors = numpy.append(self.doubt, self.doubt[:, -1:], axis=1)
+        points = [Points(at_ends, ends[marked], errors[marked], 0 * at_ends)]
+        begin = (numpy.arange(len(ends))[:, None] * (self.count + 1.0)) + numpy.arange(self.count)
+        lone = begin[single.reshape(shape)]
+        intervals = [Intervals(lone, 0 * lone + 1, polynomials.monomials[:, single])]
+        begin, values, width = begin[unclear], table[:, unclear], numpy.ones(unclear.sum())
+        error, total = self.doubt[unclear], 0
+        if self.zeros._wide and self._exact_start:
+            begin, width, error, values = self._towards_start(begin, error)
+        for halving in range(BISECTIONS + 1):
+            if not len(begin):
+                break
+            begin, values, width, error = self._divide(
+                begin, values, width, error, points, intervals, halving == BISECTIONS
+            )
+            total += len(begin)
+            require_few(total)
+        return _in_order(points), _in_order(intervals)
+
+    def _towards_start(self, begin: Array, error: Array) -> tuple[Array, Array, Array, Array]:
+        """Return intervals, of which those from the exact start on shrink towards the start.
+
+        There functions that vanish at the start may cross zero in a millionth of a step. At the
+        last bound the fourth power of the position is a rounding.
+        """
+        _, step, inside = self._located(begin)
+        last = min(BISECTIONS, self.zeros.setup.precision.bits // 4 - 2)
+        bounds = numpy.append(0.0, 2.0 ** -numpy.arange(float(last), -1.0, -1.0))
+        count = numpy.where((step == 0) & (inside == 0), last + 1, 1)
+        number = numpy.concatenate([numpy.arange(n) for n in count]) if len(count) else count
+        begin, error, split = (numpy.repeat(x, count) for x in (begin, error, count > 1))
+        width = numpy.where(split, bounds[number + 1] - bounds[number], 1.0)
+        begin = begin + numpy.where(split, bounds[number], 0.0)
+        values = self._values(begin[:, None] + width[:, None] * nodes(NODES)).T
+        return begin, width, error, values
+
+    def _divide(
+        self, begin: Array, values: Array, width: Array, error: Array, points: list[Points],
+        intervals: list[Intervals], last: bool,
+    ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
+        """Add the intervals whose polynomials have their function's shape; return halves of others.
+
+        The points are the extrema, and the bounds between the intervals of a step.
+        """
+        which, step, inside = self._located(begin)
+        doubt, largest = error.copy(), abs(values).max(axis=0, initial=0)
+        small = numpy.flatnonzero(~(largest > error / SHAPE))
+        if self.zeros._wide and len(small):
+            at = begin[small, None] + width[small, None] * nodes(NODES)
+            values[:, small] = self._exact_values(at).T
+            error[small] = self.error[which[small], step[small]]
+            largest = abs(values).max(axis=0, initial=0)
+        polynomials = through(values, self.zeros._bent[which])
+        # where noise exceeds the function there is nothing to divide
+        shaped = (polynomials.tail <= numpy.fmax(SHAPE * largest, error)) | last
+        shaped |= ~numpy.isfinite(values).any(axis=0)
+        kept = Polynomials(*(x[..., shaped] for x in polynomials))
+        intervals.append(Intervals(begin[shaped], width[shaped], kept.monomials))
+        inner = shaped & (inside > 0)
+        points.append(Points(begin[inner], values[0, inner], doubt[inner], 0 * begin[inner]))
+        # a polynomial below its error everywhere has no extrema to decide
+        open_ = numpy.flatnonzero(abs(kept.bernstein).max(axis=0, initial=0) > error[shaped])
+        of, at = extrema(Polynomials(*(x[..., open_] for x in kept)))
+        if len(of):
+            of = numpy.flatnonzero(shaped)[open_[of]]
+            position = begin[of] + at * width[of]
+            reach = width[of]
+            if self.zeros._wide and self._exact_start:  # below the resolution, see _towards_start
+                reach = numpy.where(begin[of] % (self.count + 1), reach, 0.0)
+            points.append(Points(position, self._values(position), doubt[of], reach))
+        begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
+        middle = self._errors_inside(begin + width)
+        # where errors exceed the function it may be undefined, which is asked later
+        error = numpy.where(middle <= largest, numpy.fmax(error, middle), error)
+        begin, width = numpy.concatenate([begin, begin + width]), numpy.tile(width, 2)
+        values = self._values(begin[:, None] + width[:, None] * nodes(NODES)).T
+        return begin, values, width, numpy.tile(error, 2)
+
+    def _brackets(self, which: Array, points: Points) -> SignChanges:
+        """Return the brackets of zeros between points, with decided signs."""
+        zeros, (position, value, error, reach) = self.zeros, points
+        _, step, _ = self._located(position)
+        unsure = numpy.flatnonzero(~(abs(value) > error))
+        if zeros._wide and len(unsure):
+            still = unsure[reach[unsure] == 0]
+            if len(still):
+                value[still] = self._exact_values(position[still])
+            turning = unsure[reach[unsure] > 0]
+            if len(turning):
+                self._turn(points, which, turning)
+            inside = self._errors_inside(position[unsure], wide=True)
+            error[unsure] = numpy.fmax(self.error[which[unsure], step[unsure]], inside)
+        if self._exact_start:
+            first = numpy.flatnonzero(position % (self.count + 1) == 0)
+            first = first[~(abs(value[first]) > error[first])]
+            if len(first):
+                value[first], error[first] = zeros.exact_start[which[first]], error[first] * GUARD
+        error = numpy.where(numpy.isfinite(error), error, 0)
+        high = zeros.settle(which, value, error, reach > 0)
+        low = numpy.maximum(high - 1, 0)
+        low = numpy.where(which[low] == which[high], low, high)
+        return SignChanges(which[high], position[low], position[high], value[low], value[high])
+
+    def _turn(self, points: Points, which: Array, turning: Array) -> None:
+        """Replace values by those at the vertices of parabolas, in the arithmetic of the run."""
+        numbers, mine = self.zeros._numbers, which[turning]
+        _, step, inside = self._located(points.position[turning])
+        position, reach = numbers.array(inside.tolist()), points.reach[turning]
+
+        def function(at: Array) -> Array:
+            row = self.steps.evaluate(step, self.steps.times(step, at), numbers)
+            return self.zeros.of_each(mine, row, numbers)
+
+        far, value = FLATTEST, None
+        while far**2 >= self.zeros._rounding:
+            aside = far * reach
+            left, middle, right = (function(position + d) for d in (-aside, 0 * aside, aside))
+            move = aside * (left - right) / 2 / (left - 2 * middle + right)
+            position = position + numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
+            position = numpy.minimum(numpy.maximum(position, 0 * position), 0 * position + 1)
+            far *= far
+        value = function(position)
+        points.value[turning] = value.astype(float)
+
+    # ---- refinement -----------------------------------------------------------------------------
+
+    def _refine(self, b: SignChanges, intervals: Intervals) -> None:
+        """Refine the zeros in double, then in the arithmetic of the run, and record them.
+
+        Raises ``InputError``: a function jumps there, or there are too many zeros.
+        """
+        zeros, steps, numbers = self.zeros, self.steps, self.zeros._numbers
+        direction: Array = numpy.sign(b.behind)
+        _, step, low = self._located(b.low)
+        high: Array = low + (b.high - b.low)
+        position, slope = _from_polynomials(b, intervals, direction, b.low - low)
+        series = steps.of(step)  # the step of each zero
+
+        def in_double(position: Array) -> tuple[Array, Sequence[Array]]:
+            row = series.inside(slice(None), position)
+            return zeros.of_each(b.which, row, DOUBLES), row
+
+        position, value, row, slope = secants(
+            in_double, position, slope, low, high, direction, ROUNDING
+        )
+        beside = numpy.abs(numpy.where(value * direction < 0, b.before, b.behind))
+        jumps = abs(value) > numpy.maximum(JUMP * beside, self.doubt[b.which, step])
+        jumps &= b.high > b.low
+        times: Array = steps.times(step, position.astype(numpy.longdouble))
+        if zeros._wide:
+
+            def exactly(position: Array) -> tuple[Array, Sequence[Array]]:
+                row = steps.evaluate(step, steps.times(step, position), numbers)
+                return zeros.of_each(b.which, row, numbers), row
+
+            position, low, high = (numbers.array(x.tolist()) for x in (position, low, high))
+            position, _, row, _ = secants(
+                exactly, position, slope, low, high, direction, zeros._rounding
+            )
+            times = steps.times(step, position)
+        broken = numpy.flatnonzero(jumps & zeros._bent[b.which])
+        noise = self._errors_inside(b.high[broken], wide=zeros._wide)
+        noise = numpy.where((step[broken] == 0) & (steps.begin[0] == 0), noise, 0)
+        for k in broken[~(abs(b.behind[broken]) <= noise)].tolist():
+            raise zeros.broken([b.which[k]], float(times[k]))
+        zeros._unresolved |= set(b.which[broken].tolist())  # lost in noise beside the start
+        kept = numpy.setdiff1d(numpy.arange(len(times)), broken)
+        state = [x[kept] for x in row]
+        zeros.record(b.which[kept], times[kept], direction[kept], state)
 
 
-def _require_few(count: int) -> None:
+def _in_order(columns: Sequence[Any]) -> Any:
+    """Join tables whose first column is a position, in order of the position."""
+    joined = [numpy.concatenate(x, axis=-1) for x in zip(*columns, strict=True)]
+    order = numpy.argsort(joined[0], kind="stable")
+    return type(columns[0])(*(x[..., order] for x in joined))
+
+
+def _from_polynomials(
+    b: SignChanges, intervals: Intervals, direction: Array, begin: Array
+) -> tuple[Array, Array]:
+    """Return the zeros of polynomials in brackets, and their slopes; chords outside the intervals.
+
+    Positions are those in steps, which begin at ``begin``.
+    """
+    low, high, same = b.low - begin, b.high - begin, b.behind == b.before
+    width = numpy.where(high > low, high - low, 1.0)
+    rise = numpy.where(same, direction, b.behind - b.before)
+    position, slope = low - width * b.before / rise, rise / width
+    if len(intervals.begin):
+        of: Array = numpy.searchsorted(intervals.begin, b.low, side="right") - 1
+        known: Array = (of >= 0) & (b.low < intervals.begin[of] + intervals.width[of])
+        inside = numpy.flatnonzero(known)
+        of, wide = of[inside], intervals.width[of[inside]]
+        left, right = (
+            numpy.clip(2 * (x[inside] - intervals.begin[of]) / wide - 1, -1, 1)
+            for x in (b.low, b.high)
+        )
+        root, rate = zero_between(intervals.monomials[:, of], left, right, direction[inside])
+        position[inside] = intervals.begin[of] - begin[inside] + wide * (1 + root) / 2
+        slope[inside] = 2 * rate / wide
+    return numpy.clip(position, low, high), slope
+
+
+def secants(
+    function: Callable[[Array], tuple[Array, Sequence[Array]]],
+    position: Array, slope: Array, low: Array, high: Array, direction: Array, rounding: float,
+) -> tuple[Array, Array, Sequence[Array], Array]:  # fmt: skip
+    """Return the zeros of functions in brackets, the values and states there, and the slopes.
+
+    A secant is wrong by its length times the relative error of the slope, which is about the length
+    before, relative to the bracket. A secant that leaves the bracket is replaced by a halving.
+    """
+    value, row = function(position)
+    last, width = numpy.ones(len(position)), (high - low).astype(float)
+    width = numpy.where(width > 0, width, 1.0)
+    for _ in range(round(SECANTS_PER_BIT * -math.log2(rounding))):
+        behind = (value * direction > 0).astype(bool)
+        low, high = numpy.where(behind, low, position), numpy.where(behind, position, high)
+        nearer = position - value / slope
+        inside = ((low <= nearer) & (nearer <= high)).astype(bool)
+        nearer = numpy.where(inside, nearer, (low + high) / 2)
+        move, before, position = nearer - position, value, nearer
+        value, row = function(position)
+        length = abs(move.astype(float)) / width
+        error = length * numpy.minimum(last, SLOPE * length) * width
+        if not (error > rounding * abs(position.astype(float))).any():
+            break
+        last = numpy.where(inside, length, 1.0)
+        rise = (value - before) / numpy.where(move == 0, 1, move)
+        slope = numpy.where((rise * direction > 0).astype(bool), rise, slope)
+    return position, value, row, slope
+
+
+def require_few(count: int) -> None:
+    """Refuse too many events.
+
+    Raises ``InputError``: there are more than ``MOST_EVENTS``.
+    """
     if count > MOST_EVENTS:
         raise InputError(
             f"events: got more than {MOST_EVENTS}, or functions with as many bends, expected "
             "fewer: ask for a shorter time or for fewer kinds of them"
         )
-
-
-def _last_before(intervals: Intervals, which: Array, position: Array) -> Array:
-    """Return for each position of a function the interval of that function that begins last."""
-    count = len(intervals.which)
-    functions = numpy.concatenate([intervals.which, which])
-    positions = numpy.concatenate([intervals.position, position])
-    # a stable order: an interval that begins at a position comes first
-    order = numpy.lexsort((positions, functions))
-    asked = order >= count
-    before = numpy.maximum(numpy.cumsum(~asked) - 1, 0)
-    last = numpy.empty(len(which), dtype=int)
-    last[order[asked] - count] = order[~asked][before[asked]]
-    return last
-
-
-def _concatenate(first: Any, second: Any) -> Any:
-    return type(first)(
-        *(numpy.concatenate(pair, axis=-1) for pair in zip(first, second, strict=True))
-    )

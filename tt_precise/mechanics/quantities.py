@@ -36,6 +36,7 @@ class Motion:
     """
 
     state: Any  # a NewtonState or a LiftedState
+    row: tuple[Scalar, ...]  # the integrated variables, where the motion is that of a run
 
     def __init__(
         self,

@@ -1,9 +1,9 @@
-"""The backend of motions in several segments, which heyoka integrates one after another."""
+"""The backend of motions in several segments, integrated one after another."""
 
 from __future__ import annotations
 
-from tt_precise.integration.dense_output import SampleTimes, Segment
 from tt_precise.integration.equations import RIGID_CONTACT, Phase
+from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.nonsmooth.lifting import bouncing, flying, flying_on
@@ -15,7 +15,7 @@ from tt_precise.nonsmooth.phases import (
     elastic,
     raised,
 )
-from tt_precise.nonsmooth.segments import SegmentStart, propagated
+from tt_precise.nonsmooth.segments import SegmentStart, segment
 from tt_precise.nonsmooth.sticking import sticking_and_slipping
 from tt_precise.runtime.terminal import Progress
 from tt_precise.scene.initial_state import InitialState
@@ -23,12 +23,12 @@ from tt_precise.scene.scene import Scene
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
-    """Refuse numbers that heyoka, which integrates the segments, does not have."""
-    if not setup.precision.doubles:
-        return None
-    why = refused_in_doubles(scene)
+    """Refuse functions that sums of doubles lack."""
+    why = refused_in_doubles(scene) if setup.precision.doubles else ""
     return (
-        f"{scene.name}: got {setup.precision.name}, expected double, extended, quad or mp for {why}"
+        f"{scene.name}: got {setup.precision.name}, expected double, quad or mp for {why}"
+        if why
+        else None
     )
 
 
@@ -47,7 +47,6 @@ def run(
     scene: Scene,
     setup: Setup,
     start: InitialState,
-    samples: SampleTimes | None,
     progress: Progress | None,
 ) -> list[Segment]:
     """Return the run from ``start``, segment by segment."""
@@ -59,4 +58,4 @@ def run(
     begin = start.until * 0
     if scene.model == "flight":
         return [flying(setup, SegmentStart.of_run(setup, start), begin)]
-    return flying_on([Segment(begin, propagated(setup, start))], setup, start)
+    return flying_on([segment(setup, start, begin)], setup, start)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from tt_precise.integration.dense_output import DenseOutput, Segment
+from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics import compliant, flight
 from tt_precise.mechanics.flight import LiftedState
@@ -24,20 +24,19 @@ ENDS = {"separation": "separation", "release": "separation",
 
 def flying(setup: Setup, here: SegmentStart, begin: Scalar) -> Segment:
     """Return the flight from ``here`` at the time ``begin`` until the top comes down."""
-    output = here.propagated(in_flight(setup))
-    if output.propagation.status == "landing":
-        output.propagation = replace(output.propagation, status="landed")
-    return Segment(begin, output)
+    flight = here.segment(in_flight(setup), begin)
+    landed = flight.run.status == "landing"
+    return replace(flight, run=flight.run._replace(status="landed")) if landed else flight
 
 
 def flying_on(segments: Sequence[Segment], setup: Setup, start: InitialState) -> list[Segment]:
     """Return the segments, and after a loss of contact the flight until the top comes down."""
     *former, last = segments
-    if last.output.propagation.status != "contact_lost":
+    if last.run.status != "contact_lost":
         return list(segments)
     joint = SegmentStart.of_run(setup, start)._replace(until=start.until - last.begin)
-    begin = last.begin + last.output.end_time
-    flown = flying(setup, joint.after(last.output), begin)
+    begin = last.begin + last.end_time
+    flown = flying(setup, joint.after(last), begin)
     return [*former, replace(last, ended="lift_off"), flown]
 
 
@@ -70,16 +69,16 @@ def bouncing(
     segments: list[Segment] = []
     begin, flies, zero = start.until * 0, _flies(here.q), here.q.fn.mpf(0)
     if here.q.state.height == here.q.state.rise == 0 and not flies and setup.phase.has_clock:
-        output = _first_fall(flight_setup, here)
-        segments.append(Segment(begin, output))
-        begin, here = output.end_time, here.after(output)
+        fall = _first_fall(flight_setup, here, begin)
+        segments.append(fall)
+        begin, here = fall.end_time, here.after(fall)
         if not here.until:
             return segments
     while True:
-        output = here.propagated(flight_setup if flies else setup)
-        status = output.propagation.status
+        last = here.segment(flight_setup if flies else setup, begin)
+        status = last.run.status
         joint = ENDS.get(status, "")
-        segments.append(Segment(begin, output, joint))
+        segments.append(replace(last, ended=joint))
         if not joint:
             return segments
         if len(segments) == MOST_SEGMENTS:
@@ -87,8 +86,8 @@ def bouncing(
                 f"{name}: got more than {MOST_SEGMENTS} changes of contact, expected fewer: ask "
                 "for a shorter time"
             )
-        begin = begin + output.end_time
-        here, flies = here.after(output), joint == "separation"
+        begin = begin + last.end_time
+        here, flies = here.after(last), joint == "separation"
         if status == "landing" or (setup.phase.has_clock and status == "separation"):
             here = here.at(height=zero)
         if progress and start.until:
@@ -108,7 +107,7 @@ def _flies(q: Motion) -> bool:
     return bool(flight.rates(q.body, q.state, q.fn).rise > 0)
 
 
-def _first_fall(setup: Setup, here: SegmentStart) -> DenseOutput:
+def _first_fall(setup: Setup, here: SegmentStart, begin: Scalar) -> Segment:
     """The first moment of a top that sinks from rest into a table with a non-smooth force.
 
     In the regularised time it would stay at height 0. In t the force grows with the third power:
@@ -119,4 +118,4 @@ def _first_fall(setup: Setup, here: SegmentStart) -> DenseOutput:
     yielding = 1 + (1 + body.alpha) ** 2 / min(body.I1, body.I3)  # acceleration by a unit force
     force = yielding * body.stiffness * (falling / 2) ** fn.mpf("1.5")
     moment = fn.cbrt(setup.precision.eps / 16 * falling / force)
-    return here.propagated(setup, min(moment, here.until))
+    return here.segment(setup, begin, min(moment, here.until))

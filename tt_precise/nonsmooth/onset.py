@@ -13,28 +13,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy
 
 from tt_precise.integration.columns import Row
-from tt_precise.integration.dense_output import NOTHING_FOUND, FoundEvents, Propagation
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
+from tt_precise.integration.precision import functions_of
+from tt_precise.integration.segment import Propagation, Segment
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.steps import of_series
-from tt_precise.integration.zeros import Zeros
+from tt_precise.integration.steps import of_power_series
+from tt_precise.integration.zeros import FoundEvents, Zeros, nothing_found
 from tt_precise.mechanics import friction, newton, rolling
 from tt_precise.mechanics.formulations import formulation
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
-from tt_precise.nonsmooth.segments import RowwiseOutput
 from tt_precise.runtime.mpfr import mpfr_of
-from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.initial_state import InitialState
-from tt_precise.taylor.series import TaylorSeries, convolution
+from tt_precise.taylor.series import SeriesFunctions, TaylorSeries, convolution
 
 DIRECTIONS = 64  # directions in which gliding may begin, tested for sign changes
 
@@ -207,92 +205,74 @@ def terms_for(bits: int) -> int:
     return int(TERMS_OF_MP * bits) + 2
 
 
-class OnsetOutput(RowwiseOutput):
-    """Rows of an ``OnsetSeries`` over its time, with the states of the polar ``setup``."""
+@dataclass(frozen=True, eq=False)
+class OnsetSegment(Segment):
+    """A segment that begins at rest, whose series has v in the place of ln v and of t."""
 
-    def __init__(self, setup: Setup, start: InitialState, onset: OnsetSeries, quadratures: Row):
-        self.onset, self.quadratures = onset, quadratures
-        context = setup.precision.context
-        self.arrives = onset.until >= start.until
-        self._until = start.until if self.arrives else onset.until
-        super().__init__(setup, start, None)  # type: ignore[arg-type]
-        number = setup.precision.number
-        self.propagation = Propagation(
-            status="complete" if self.arrives else "fast",
-            time=number(self._until),
-            time_low=number(context.mpf(0)),
-            state=tuple(map(number, self.end_row)),
-            steps=1,
-            order=onset.coefficients.shape[1] - 1,
-            found=self._events(),
-        )
+    def inside(self, times: Array, numbers: Any) -> list[Array]:
+        """Evaluate the state of slow gliding."""
+        columns, fn = self.series.at(times, numbers), functions_of(numbers)
+        (*turning, v, ex, ey), recorded = columns[:9], columns[9:]
+        return [*turning, fn.log(v), ex, ey, times.astype(v.dtype), *recorded]
 
-    @cached_property
-    def end_time(self) -> Scalar:
-        """Dimensionless end of the series, or of the horizon if that comes first."""
-        return self._until
 
-    @cached_property
-    def start_row(self) -> Row:
-        """The row at rest, with ln v = -infinity."""
-        return self._row(self.precision.context.mpf(0))
+def onset_segment(
+    setup: Setup, start: InitialState, series: OnsetSeries, recorded: Row, begin: Scalar
+) -> Segment:
+    """Return the segment of an onset; ``recorded`` are the quadratures so far."""
+    fn, until = setup.precision.context, min(series.until, start.until)
+    columns = [*series.coefficients.tolist(), *_quadratures(setup, start, series, recorded)]
 
-    @cached_property
-    def end_row(self) -> Row:
-        """The row at ``end_time``."""
-        return self._row(self._until)
-
-    def rows(self, times: Sequence[Scalar], progress: Progress | None = None) -> list[Row]:
-        """Rows at guarded dimensionless ``times``."""
-        return [self._row(time) for time in times]
-
-    def _components(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
-        return tuple(map(self.precision.mpfr.array, zip(*self.rows(times), strict=True)))
-
-    def _row(self, time: Scalar) -> Row:
-        return (*self._state(time), *self._recorded(time))
-
-    def _state(self, time: Scalar) -> Row:
-        fn = self.precision.context
-        *body, v, ex, ey = self.onset.at(time, fn)
+    def row(time: Scalar) -> Row:
+        *turning, v, ex, ey = (fn.polyval(column[::-1], time) for column in columns[:9])
         glide = fn.log(v) if v > 0 else -fn.inf
-        return (*body, glide, ex, ey, time)
+        return (*turning, glide, ex, ey, time, *(fn.polyval(c[::-1], time) for c in columns[9:]))
 
-    def _recorded(self, time: Scalar) -> Row:
-        if not time:
-            return self.quadratures
-        fn = self.precision.context
+    status = "complete" if series.until >= start.until else "fast"
+    found = _events(setup, start, series, until, row)
+    order = series.coefficients.shape[1] - 1
+    run = Propagation(
+        status, until, row(until), 1, order, found, lambda: of_power_series(columns, until)
+    )
+    return OnsetSegment(begin, setup, replace(start, row=row(until * 0)), run)
 
-        def rate(name: str) -> Callable[[Scalar], Scalar]:
-            return lambda t: QUANTITIES[QUADRATURES[name]].evaluate(self._vector_motion(t))
 
-        return tuple(
-            before + fn.quad(rate(name), [0, time], method="gauss-legendre") / QUADRATURE_SCALE
-            for name, before in zip(self.setup.record, self.quadratures, strict=True)
-        )
+def _quadratures(
+    setup: Setup, start: InitialState, series: OnsetSeries, recorded: Row
+) -> list[list[Scalar]]:
+    """Integrate the series of the rates of the recorded quadratures."""
+    if not setup.record:
+        return []
+    state = [TaylorSeries(lambda c, k: c[0] * 0, column) for column in _in_vectors(series)]
+    q = Motion(start.body, NewtonState(*state), SeriesFunctions(setup.precision.context))
+    columns = []
+    for name, before in zip(setup.record, recorded, strict=True):
+        rate = QUANTITIES[QUADRATURES[name]].evaluate(q)
+        terms = (rate[k] / (QUADRATURE_SCALE * (k + 1)) for k in range(len(state[0].c) - 1))
+        columns.append([before, *terms])
+    return columns
 
-    def _vector_motion(self, time: Scalar) -> Motion:
-        fn = self.precision.context
-        *body, v, ex, ey = self.onset.at(time, fn)
-        state = NewtonState(*(*body, v * ex, v * ey))
-        return Motion(self.start.body, state, fn)
 
-    def _events(self) -> FoundEvents:
-        """Return the events, in the series of k, L and v_A."""
-        if not self.setup.events:
-            return NOTHING_FOUND
-        form = formulation("gliding", "newton", self.setup.formulation.friction)
-        mpfr, mpf = self.precision.mpfr, self.precision.context.mpf
-        with mpfr.precision():
-            *entries, v, ex, ey = ([*map(mpfr.number, c)] for c in self.onset.coefficients)
-            series = [*entries, *(convolution(v, e) for e in (ex, ey))]
-            steps = of_series(series, mpfr.number(self._until), self.setup)
-        begun = replace(self.start, row=tuple(c[0] for c in self.onset.coefficients))
-        zeros = Zeros(self.setup.but(formulation=form, record=()), begun)
-        zeros.search(steps)
-        found = zeros.collect()
-        number = float if self.precision.is_float else mpf
-        states = [[*map(number, self._row(mpf(time)))] for time in found.hits.time.tolist()]
-        if not states:
-            return found
-        return found._replace(hits=replace(found.hits, state=numpy.array(states)))
+def _in_vectors(series: OnsetSeries) -> list[list[Scalar]]:
+    """Return the series of k, L and v_A."""
+    *entries, v, ex, ey = series.coefficients.tolist()
+    return [*entries, *(convolution(v, e) for e in (ex, ey))]
+
+
+def _events(
+    setup: Setup, start: InitialState, series: OnsetSeries, until: Scalar,
+    row: Callable[[Scalar], Row],
+) -> FoundEvents:  # fmt: skip
+    """Find the events in the series of k, L and v_A."""
+    if not setup.events:
+        return nothing_found(setup)
+    form = formulation("gliding", "newton", setup.formulation.friction)
+    zeros = Zeros(setup.but(formulation=form, record=()), start, continued=True)
+    zeros.search(of_power_series(_in_vectors(series), until))
+    found, numbers, precision = zeros.collect(), setup.precision.numbers, setup.precision
+    times = found.hits.time.astype(float) if precision.is_float else found.hits.time
+    exact = precision.context.mpf if precision.is_float else precision.mpfr.back
+    rows = [row(exact(time)) for time in times.tolist()]
+    columns = zip(*rows, strict=True) if rows else nothing_found(setup).hits.state
+    state = tuple(map(numbers.array, columns))
+    return found._replace(hits=replace(found.hits, state=state))

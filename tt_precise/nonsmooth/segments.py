@@ -1,127 +1,71 @@
-"""One segment of a motion, from a ``SegmentStart`` to the next, and the segment's rows over t."""
+"""Segments of a motion whose equations change, and the states at which they begin."""
 
 from __future__ import annotations
 
-import bisect
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import cached_property
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.integration.columns import Row
-from tt_precise.integration.dense_output import DenseOutput, Times
-from tt_precise.integration.heyoka_backend import propagate, repeating
+from tt_precise.integration.heyoka_backend import propagate
+from tt_precise.integration.multidouble_backend import propagate_in_doubles
+from tt_precise.integration.precision import LONG_DOUBLES, Hardware, functions_of, times_in
+from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.initial_state import InitialState
 
 MOST_SEGMENTS = 10_000  # A run with more segments is refused.
-
-
 NEWTON_STEPS = 60  # Newton steps from a knot of the series at most; 3 to 10 are needed.
 
 
-class RowwiseOutput(DenseOutput):
-    """Dense output that is read row by row with guard bits, never in arrays."""
+@dataclass(frozen=True, eq=False)
+class RegularisedSegment(Segment):
+    """A segment in a regularised time s, whose state contains the time t."""
 
-    def arrays(
-        self,
-        times: Times,
-        number: Callable[[Scalar], Any] = float,
-        progress: Progress | None = None,
-    ) -> tuple[Array, ...]:
-        """The rows at all ``times``: an array for each entry."""
-        mpf = self.precision.context.mpf
-        pairs = zip(times.rounded.tolist(), times.delay.tolist(), strict=True)
-        rows = self.rows([mpf(a) + mpf(b) for a, b in pairs])
-        kind = type(number(mpf(0)))
-        if not rows:
-            return tuple(numpy.zeros(0, dtype=kind) for _ in self.start_row)
-        return tuple(
-            numpy.array([number(x) for x in entry], dtype=kind) for entry in zip(*rows, strict=True)
+    def inside(self, times: Array, numbers: Any) -> list[Array]:
+        """Solve t(s) = time by Newton's method, and evaluate the state there.
+
+        t(s) is monotonic and bends one way in a step: from the end where it rises faster the
+        method approaches the solution from one side.
+        """
+        wide: Any = LONG_DOUBLES if isinstance(numbers, Hardware) else numbers
+        form, series, fn = self.setup.formulation, self.series, functions_of(wide)
+        t, size = form.columns.index("t"), len(form.columns)
+
+        def clock(row: list[Array]) -> Array:
+            rate: Array = form.State(*row[:size]).clock(fn)
+            return rate
+
+        step = numpy.searchsorted(series.terms[:, t, 0], times.astype(float), side="left") - 1
+        step = numpy.maximum(step, 0)
+        ends = [series.begin[step], series.begin[step] + series.length[step]]
+        knots = [times_in(wide, end.tolist()) for end in ends]
+        faster = clock(series.evaluate(step, knots[0], wide)) >= clock(
+            series.evaluate(step, knots[1], wide)
         )
-
-
-class RegularisedTimeOutput(RowwiseOutput):
-    """Rows over the time t of a propagation in a regularised time, whose state contains t.
-
-    ``propagation.time`` is the regularised time; ``end_time`` and all arguments are t.
-    """
-
-    @cached_property
-    def _t(self) -> int:
-        return self.setup.formulation.columns.index("t")
-
-    @cached_property
-    def _last_time(self) -> Scalar:
-        return self.precision.with_guard_bits(self.propagation.state[self._t])
-
-    def _components(self, times: Sequence[Scalar], progress: Progress | None) -> tuple[Array, ...]:
-        rows, delays = [], []
-        for time in times:
-            row, delay = self.end_row if time else self.start_row, time * 0
-            if time and time < self._last_time:
-                row, delay = self._nearest(time)
-            rows.append(row)
-            delays.append(delay)
-        return self._shift(rows, delays)
-
-    @cached_property
-    def _knots(self) -> list[tuple[Scalar, Any, Any]]:
-        """The time, the regularised time and the series at the begin of each step."""
-        outputs: list[Any] = []
-        self._visit(lambda output, low, high: outputs.append(output), None)
-        with_guard_bits = self.precision.with_guard_bits
-        return [
-            (with_guard_bits(output(own)[self._t]), own, output)
-            for output in outputs
-            for own in output.times
-        ]
-
-    def _nearest(self, time: Scalar) -> tuple[Row, Scalar]:
-        """The row at the number of the regularised time nearest to ``time``, and the delay."""
-        with_guard_bits, number = self.precision.with_guard_bits, self.precision.number
-        knots = self._knots
-        place = max(bisect.bisect_right(knots, time, key=lambda knot: knot[0]) - 1, 0)
-        _, own, output = knots[place]
-        _, later, _ = knots[min(place + 1, len(knots) - 1)]
-        # Newton's method from the end of the step where t rises faster: it then comes from one side
-        ends = [with_guard_bits(own), with_guard_bits(later)]
-        inner = max(ends, key=lambda x: self._clock(tuple(map(with_guard_bits, output(number(x))))))
-        best = None
+        s = numpy.where(faster.astype(bool), *knots)
+        tolerance = wide.number(self.setup.precision.eps) * times
         for _ in range(NEWTON_STEPS):
-            row = tuple(map(with_guard_bits, output(number(inner))))
-            rest = time - row[self._t]
-            if best is not None and abs(rest) >= abs(best[1]):
+            row = series.evaluate(step, s, wide)
+            rest = times - row[t]
+            s = s + rest / clock(row)
+            if (abs(rest) <= tolerance).all():
                 break
-            best = row, rest
-            inner += rest / self._clock(row)
-        assert best is not None
-        return best
-
-    def _clock(self, row: Row) -> Scalar:
-        form = self.setup.formulation
-        return form.State(*row[: len(form.columns)]).clock(self.precision.context)
-
-    def _own_delay(self, row: Row, delay: Scalar) -> Scalar:
-        return delay / self._clock(row) if delay and row[self._t] else delay * 0
+        kind = numbers.kind if isinstance(numbers, Hardware) else object
+        return [x.astype(kind) for x in series.evaluate(step, s, wide)]
 
 
-def propagated(setup: Setup, start: InitialState) -> DenseOutput:
-    """Return the segment from ``start``, readable over t."""
-    propagation = propagate(setup, start)
-    again = repeating(setup, start, propagation)
+def segment(setup: Setup, start: InitialState, begin: Scalar) -> Segment:
+    """Integrate one segment, which begins at a dimensionless time."""
+    run = (propagate_in_doubles if setup.precision.doubles else propagate)(setup, start)
     if not setup.phase.has_clock:
-        return DenseOutput(setup, start, propagation, again)
-    t = setup.formulation.columns.index("t")
-    found = propagation.found
-    if len(found.hits):
-        found = found._replace(hits=replace(found.hits, time=found.hits.state[:, t]))
-    return RegularisedTimeOutput(setup, start, replace(propagation, found=found), again)
+        return Segment(begin, setup, start, run)
+    t, hits = setup.formulation.columns.index("t"), run.found.hits
+    found = run.found._replace(hits=replace(hits, time=hits.state[t]))
+    return RegularisedSegment(begin, setup, start, run._replace(time=run.row[t], found=found))
 
 
 class SegmentStart(NamedTuple):
@@ -143,13 +87,12 @@ class SegmentStart(NamedTuple):
         q = Motion(start.body, start.vectors, fn, start.model, euler=start.euler)
         return cls(start, q, tuple(fn.mpf(0) for _ in setup.record), start.until)
 
-    def after(self, output: DenseOutput) -> SegmentStart:
+    def after(self, former: Segment) -> SegmentStart:
         """Return the end of a segment that begins here."""
-        row, layout = output.end_row, output.setup.layout
-        q = layout.motion(output.start.body, row, self.q.fn)
-        return SegmentStart(
-            self.start, q, row[len(layout.form.columns) :], self.until - output.end_time
-        )
+        row, layout = former.end_row, former.setup.layout
+        q = layout.motion(former.start.body, row, self.q.fn)
+        recorded, until = row[len(layout.form.columns) :], self.until - former.end_time
+        return SegmentStart(self.start, q, recorded, until)
 
     def at(self, **components: Scalar) -> SegmentStart:
         """Return the same joint with other entries of the state."""
@@ -172,6 +115,6 @@ class SegmentStart(NamedTuple):
             row=(*form.State.of(self.q), *self.recorded),
         )
 
-    def propagated(self, setup: Setup, until: Scalar = None) -> DenseOutput:
-        """Return the segment that begins here, readable over t."""
-        return propagated(setup, self.entering(setup, until))
+    def segment(self, setup: Setup, begin: Scalar, until: Scalar = None) -> Segment:
+        """Integrate the segment that begins here."""
+        return segment(setup, self.entering(setup, until), begin)

@@ -9,24 +9,24 @@ impossible. The Euler form integrates only fast gliding in Euler angles, all els
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
-from tt_precise.integration.dense_output import DenseOutput, Segment
+from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics import friction, rolling
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.nonsmooth.onset import (
-    OnsetOutput,
+    OnsetSegment,
     direction_on_the_cone,
     directions_from_rest,
     onset,
+    onset_segment,
     terms_for,
 )
 from tt_precise.nonsmooth.phases import REST_SPEED, SLOW_SPEED, slow, sticking
 from tt_precise.nonsmooth.segments import MOST_SEGMENTS, SegmentStart
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import InputError
+from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.initial_state import InitialState
 
 GOES_ON = ("slow", "fast", "stick", "slip")
@@ -44,45 +44,34 @@ def sticking_and_slipping(
     direction, or in several.
     """
     segments: list[Segment] = []
-    begin = start.until * 0
-    for output in _outputs(name, setup, start, progress):
-        if len(segments) == MOST_SEGMENTS:
-            raise InputError(
-                f"{name}: got more than {MOST_SEGMENTS} changes between gliding and rolling, "
-                "expected fewer: ask for a shorter time"
-            )
-        status = output.propagation.status
-        joint = status if status in ("stick", "slip") else ""
-        segments.append(Segment(begin, output, joint, VELOCITY if joint == "stick" else ()))
-        begin = begin + output.end_time
-    return segments
-
-
-def _outputs(
-    name: str, setup: Setup, start: InitialState, progress: Progress | None
-) -> Iterator[DenseOutput]:
     here, status = SegmentStart.of_run(setup, start), "rest"
+    begin = start.until * 0
     if any(start.vectors.v):
         speed = here.q.fn.hypot(*start.vectors.v[:2])
         status = "slow" if speed < SLOW_SPEED else "fast"
         if speed <= REST_SPEED * setup.precision.eps and _sticks(here.q):
             here, status = here.at_rest(), "stick"
-    while True:
+    while status in ("rest", *GOES_ON):
+        if len(segments) == MOST_SEGMENTS:
+            raise InputError(
+                f"{name}: got more than {MOST_SEGMENTS} changes between gliding and rolling, "
+                "expected fewer: ask for a shorter time"
+            )
         if status in ("rest", "stick", "slip"):
-            output = _from_rest(name, setup, here, status)
+            last = _from_rest(name, setup, here, status, begin)
         else:
-            output = here.propagated(slow(setup) if status == "slow" else setup)
-        yield output
-        status = output.propagation.status
-        if isinstance(output, OnsetOutput) and status != "complete":
+            last = here.segment(slow(setup) if status == "slow" else setup, begin)
+        status = last.run.status
+        joint = status if status in ("stick", "slip") else ""
+        segments.append(replace(last, ended=joint, cleared=VELOCITY if joint == "stick" else ()))
+        if isinstance(last, OnsetSegment) and status != "complete":
             status = "slow"
-        if progress and start.until:
-            progress(float(1 - (here.until - output.end_time) / start.until))
-        if status not in GOES_ON:
-            return
-        here = here.after(output)
+        begin, here = begin + last.end_time, here.after(last)
         if status == "stick":
             here = here.at_rest()
+        if progress and start.until:
+            progress(float(begin / start.until))
+    return segments
 
 
 def _sticks(q: Motion) -> bool:
@@ -91,11 +80,11 @@ def _sticks(q: Motion) -> bool:
     return bool(pressed and friction.cone_margin(q.body, q.state) >= 0)
 
 
-def _from_rest(name: str, setup: Setup, here: SegmentStart, status: str) -> DenseOutput:
+def _from_rest(name: str, setup: Setup, here: SegmentStart, status: str, begin: Scalar) -> Segment:
     """Rolling if the force lies within the cone, otherwise the onset of gliding."""
     body, vectors, fn = here.q.body, here.q.state, here.q.fn
     if status != "slip" and _sticks(here.q):
-        return here.propagated(sticking(setup))
+        return here.segment(sticking(setup), begin)
     on_the_cone = status == "slip"
     directions = (
         [direction_on_the_cone(body, vectors, fn)]
@@ -112,4 +101,4 @@ def _from_rest(name: str, setup: Setup, here: SegmentStart, status: str) -> Dens
     e = tuple(fn.chop(entry, tol=precision.eps) for entry in directions[0])
     series = onset(body, vectors, e, terms_for(precision.bits), precision.eps, fn, on_the_cone)
     begun = replace(here.start, model="gliding", vectors=vectors, until=here.until)
-    return OnsetOutput(slow(setup), begun, series, here.recorded)
+    return onset_segment(slow(setup), begun, series, here.recorded, begin)

@@ -134,7 +134,8 @@ def _value(run: Trajectory, statistic: Statistic) -> Scalar:
     if not statistic.extreme:
         return values[0 if statistic.kind == "start" else -1]
     turns = ("theta_min", "theta_max") if name == "theta" else (f"{EXTREMUM}{name}",)
-    values += [*run.event_table((name,), at=turns)[name]]
+    table = run.event_table((name,))
+    values += [v for event, v in zip(table["name"], table[name], strict=True) if event in turns]
     values = [value for value in values if value is not None and value == value]
     flight = any(piece.model == "flight" for piece in run.pieces)
     if name == "g_n" and (flight or run.status == "contact_lost"):

@@ -303,7 +303,7 @@ def exact(run: Trajectory, name: Observable, *times: Scalar) -> list[Scalar]:
 
 def rows_of(run: Trajectory, *names: str) -> pandas.DataFrame:
     """The rows of a trajectory's table of events that have one of these names; without errors."""
-    events = pandas.DataFrame(run.event_table(at=names))
+    events = pandas.DataFrame(run.event_table())
     return events[events["name"].isin(names)].reset_index(drop=True)
 
 
