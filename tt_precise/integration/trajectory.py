@@ -65,14 +65,8 @@ class Trajectory:
 
     Errors are estimated by a further run, which is integrated when they are first asked for.
     Several threads may read from one trajectory. A pickle contains the scene and the set-up, no
-    numbers and no code: unpickling integrates again.
-
-    Attributes
-    ----------
-    steps, order
-        Taylor steps taken, and their order.
-    sensitivity
-        ``Derivatives`` by the entries that ``integrate(..., sensitivity=[...])`` names.
+    numbers and no code: unpickling integrates again. ``steps`` and ``order`` are those of Taylor;
+    ``sensitivity`` exists for ``integrate(..., sensitivity=[...])``.
     """
 
     sensitivity: Derivatives
@@ -169,10 +163,7 @@ class Trajectory:
         return State(numpy.array([s.t for s in several], dtype=kind), columns, self.precision)
 
     def motion(self, t: Scalar) -> Motion:
-        """The dimensionless ``Motion`` at ``t`` (s); raises as ``at`` does.
-
-        The numbers of the ``Motion`` are floats in double, else mpmath numbers.
-        """
+        """The dimensionless ``Motion`` at ``t`` (s), of floats in double, else mpmath numbers."""
         time = self.run.dimensionless_time(t)
         motion = motions(self.run, [time])[0]
         if not self.precision.is_float:
@@ -211,9 +202,7 @@ class Trajectory:
         numbers
             "float"; "exact" (mpmath numbers in arithmetics wider than double); or "text".
         pose
-            Append the pose: quaternion, position and velocity of the centre of mass, angular
-            velocity in the inertial and in the body's frame. If phi, psi, x and y were not
-            recorded, the scene is integrated again.
+            Append the pose. The scene is integrated again if phi, psi, x and y were not recorded.
         """
         import pandas
 
@@ -228,8 +217,8 @@ class Trajectory:
     ) -> dict[str, Array]:
         """The columns of ``frame`` by name, without pandas.
 
-        Floats are arrays, with NaN for undefined values; wider numbers and text are lists, with
-        None for undefined values. The text of a double is the shortest that recovers the number.
+        Undefined values are NaN among floats, else None. The text of a double is the shortest that
+        recovers the number.
         """
         require_name("numbers", numbers, get_args(Numbers))
         doubles = isinstance(times, numpy.ndarray) and times.dtype.kind == "f" and times.ndim == 1
@@ -364,9 +353,8 @@ class Trajectory:
     ) -> Figure:
         """A matplotlib ``Figure`` over time with a panel for each of ``names`` (as in ``frame``).
 
-        Without names: theta, energies, normal force, relative drift of the conserved quantities.
-        Recorded events are marked. The panels have the curves of the trajectories ``beside`` too,
-        under their labels: ``plot("theta", "E", beside={"mu = 0.1": other}, label="mu = 0.3")``;
+        Without names: theta, energies, normal force, drifts. The trajectories ``beside`` have
+        curves under their labels: ``plot("theta", beside={"mu = 0.1": other}, label="mu = 0.3")``;
         ``label`` is that of this trajectory, by default the scene's name.
         """
         from tt_precise.integration.views import figure
@@ -398,10 +386,7 @@ class Trajectory:
         return animate(self.run, path, others=_runs(beside), **options)
 
     def _repr_html_(self) -> str:
-        """Outcome, digits, and the state to five digits: no reader compares seventeen.
-
-        In a slow precision the digits stand there only if they were computed before.
-        """
+        """Show outcome and five digits; a slow precision shows digits computed before only."""
         from tt_precise.runtime.tables import as_html
 
         known = self.errors.available or self.precision.name not in SLOW
@@ -426,7 +411,6 @@ class Trajectory:
         """Initiation and ending time of the climb by the three definitions.
 
         If the events were not recorded, the scene is integrated again with the same set-up.
-        ``inversion_errors`` has the errors of the times.
         """
         from tt_precise.integration.inversion import times_of
 
@@ -493,13 +477,11 @@ def integrate(
         Instead of a precision: correct significant digits of every component, at every sample, in
         every event and at the end (``Trajectory.digits_throughout``), by the estimated errors.
     formulation
-        ``newton`` (vectors; any start; the default) or ``euler`` (the paper's equations; not at a
-        pole).
+        ``newton`` (vectors; the default) or ``euler`` (the paper's equations; not at a pole).
     events, record
-        Events: names from the event catalogue (a list, a string with commas, or "all"), functions
-        of the ``Motion`` (their changes of sign), or quantities of ``tt_precise.quantity`` (their
-        extrema, ``extremum:NAME``). Record: names of quadratures (phi, psi, x, y). By default the
-        scene's events and quadratures.
+        Events: names of the catalogue (a list, a string with commas, or "all"), functions of the
+        ``Motion`` (their changes of sign), or quantities of ``tt.quantity`` (their extrema).
+        Record: names of quadratures (phi, psi, x, y). By default the scene's.
     contact
         ``unilateral``: the trajectory ends where g_n reaches 0. ``bilateral``: it may start and
         continue with g_n < 0, which no table can exert; the status is then "contact_ignored".
@@ -508,8 +490,7 @@ def integrate(
     until, sample_every
         Horizon and spacing of the samples in s, instead of the scene's.
     sensitivity
-        Entries of [body] and [start], such as theta, omega_3 and mu, by which
-        ``trajectory.sensitivity`` differentiates columns and the times of the climb.
+        Entries of the scene by which ``trajectory.sensitivity`` differentiates.
     progress
         A function, called with the completed fraction; by default a terminal or notebook shows
         the progress of slow precisions.
