@@ -1,6 +1,6 @@
 """Polynomials through values at nodes: what they leave out; zeros of polynomials."""
 
-import math
+from typing import Any
 
 import numpy
 import pytest
@@ -63,66 +63,38 @@ def test_many_polynomials_are_those_of_each() -> None:
         assert polynomials.tail[1, k] == pytest.approx(alone.tail[0], rel=1e-13)
 
 
-def bernstein_of(table: Array) -> Array:
-    """Return the coefficients in Bernstein's basis, from those of 1, x, x^2 ..."""
-    last, numbers = table.shape[1] - 1, range(table.shape[1])
-    shares = [[math.comb(i, j) / math.comb(last, j) for i in numbers] for j in numbers]
-    bernstein: Array = table @ numpy.array(shares)
-    return bernstein
-
-
-def zeros_of(table: Array, first: Array | None = None) -> list[tuple[int, float, int]]:
-    """Polynomial, position and direction of each zero; ``first`` replaces the values at 0."""
-    bernstein = bernstein_of(table)
-    bernstein[:, 0] = table[:, 0] if first is None else first
-    which, low, high, rising = isolated(bernstein, MOST_BISECTIONS)
+def zeros_of(*polynomials: Any) -> list[list[tuple[float, int]]]:
+    """Position in [0, 1] and direction of the zeros of each polynomial, all searched at once."""
+    interpolants = through(numpy.array([p(nodes(9)) for p in polynomials]).T, SMOOTH)
+    which, low, high, rising = isolated(interpolants.bernstein.T, MOST_BISECTIONS)
     direction = numpy.where(rising, 1, -1)
-    x, _ = zero_between(table[which].T, low, high, direction)
-    return list(zip(which.tolist(), x.tolist(), direction.tolist(), strict=True))
-
-
-def with_zeros(zeros: list[float]) -> Array:
-    return numpy.polynomial.polynomial.polyfromroots(zeros)
+    u, _ = zero_between(interpolants.monomials[:, which], 2 * low - 1, 2 * high - 1, direction)
+    zeros: list[list[tuple[float, int]]] = [[] for _ in polynomials]
+    for k, position, sign in zip(which, (1 + u) / 2, direction, strict=True):
+        zeros[k].append((float(position), int(sign)))
+    return zeros
 
 
 def test_every_zero_of_a_chebyshev_polynomial() -> None:
-    shifted = numpy.polynomial.Chebyshev.basis(8, domain=[0, 1])
-    power = shifted.convert(kind=numpy.polynomial.Polynomial, domain=[-1, 1], window=[-1, 1])
+    (zeros,) = zeros_of(numpy.polynomial.Chebyshev.basis(8, domain=[0, 1]))
     exact = sorted((1 - numpy.cos((numpy.arange(8) + 0.5) * numpy.pi / 8)) / 2)
-    zeros = zeros_of(power.coef[None])
-    # its coefficients of powers of x go up to 3e5
-    assert [position for _, position, _ in zeros] == pytest.approx(exact, rel=0, abs=1e-9)
-    assert [sign for *_, sign in zeros] == [-1, 1] * 4
+    assert [position for position, _ in zeros] == pytest.approx(exact, rel=0, abs=1e-14)
+    assert [sign for _, sign in zeros] == [-1, 1] * 4
 
 
-@pytest.mark.parametrize(
-    ("zeros", "expected"),
-    [
-        ([0.25], [0.25]),
-        ([-0.5, 1.5], []),
-        ([0.3, 0.3 + 1e-6], [0.3, 0.3 + 1e-6]),
-        ([0.3, 0.3], []),  # a double zero
-        ([0.4, 0.4, 0.4], [0.4]),
-        ([1e-12], [1e-12]),
-    ],
-)
-def test_crossings_of_few_zeros(zeros: list[float], expected: list[float]) -> None:
-    positions = [position for _, position, _ in zeros_of(with_zeros(zeros)[None])]
-    # a zero of order k is off by the k-th root of a rounding
-    assert positions == pytest.approx(expected, rel=1e-9, abs=1e-4 if len(set(zeros)) < 2 else 1e-9)
-
-
-def test_several_polynomials_at_once_keep_apart() -> None:
-    rows = [with_zeros([0.2, 0.7, 2.0]), with_zeros([3.0, 4.0, 5.0]), -with_zeros([0.5, 2.0, 3.0])]
-    zeros = [(k, round(position, 9), sign) for k, position, sign in zeros_of(numpy.array(rows))]
-    assert zeros == [(0, 0.2, 1), (0, 0.7, -1), (2, 0.5, -1)]
-
-
-@pytest.mark.parametrize("shift", [-1e-17, 0.0, 1e-17])
-def test_a_zero_between_two_polynomials_counts_once(shift: float) -> None:
-    """The function x - 1 in two pieces, whose roundings may disagree about its sign at 1."""
-    pieces = numpy.array([[-1.0, 1.0 + shift], [shift, 1.0]])
-    first = numpy.array([-1.0, pieces[0].sum()])
-    ((piece, position, direction),) = zeros_of(pieces, first)
-    assert direction == 1
-    assert piece + position == pytest.approx(1)
+def test_crossings_of_polynomials_with_few_zeros() -> None:
+    roots = {
+        (0.25,): [0.25],
+        (-0.5, 1.5): [],
+        (0.3, 0.3 + 1e-6): [0.3, 0.3 + 1e-6],
+        (0.4, 0.4, 0.4): [0.4],
+        (1e-9,): [1e-9],
+        (0.2, 0.7, 2.0): [0.2, 0.7],
+    }
+    polynomials = [numpy.polynomial.Polynomial.fromroots(zeros) for zeros in roots]
+    for zeros, (known, inside) in zip(zeros_of(*polynomials), roots.items(), strict=True):
+        # a zero of order k is off by the k-th root of a rounding
+        bound = 1e-4 if len(set(known)) < len(known) else 1e-9
+        assert [position for position, _ in zeros] == pytest.approx(inside, abs=bound)
+        signs = [(-1) ** (len(known) + i + 1) for i in range(len(zeros))]
+        assert [sign for _, sign in zeros] == signs

@@ -5,7 +5,7 @@ from typing import Any
 import numpy
 import pytest
 
-from tests.taylor.problems import EPS, FN, FULL, PROBLEMS, blocks, error, integrate, system
+from tests.taylor.problems import EPS, FN, FULL, PROBLEMS, blocks, error
 from tt_precise.taylor.system import System, numbers_of
 
 BOTH = pytest.mark.parametrize("limbs", [2, 3])
@@ -26,14 +26,6 @@ def test_closed_forms_at_the_end_and_between(name: str, limbs: int) -> None:
 def test_mixed_arithmetic_loses_what_the_tolerance_does(tolerance: float) -> None:
     loss = error("sine and cosine", blocks("sine and cosine", 2, tolerance)[-1], 3)
     assert tolerance / 1e4 < loss < tolerance * 100
-
-
-@BOTH
-def test_the_last_limb_of_a_start_counts(limbs: int) -> None:
-    name = "product and quotient"
-    start = PROBLEMS[name].start[0] * (1 + 4 * EPS[limbs]), PROBLEMS[name].start[1]
-    last = integrate(system(name, limbs), PROBLEMS[name]._replace(start=start), FULL[limbs])[-1]
-    assert error(name, last, 3) > 3 * EPS[limbs]
 
 
 @BOTH
