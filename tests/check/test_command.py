@@ -47,7 +47,7 @@ def test_exit_status_and_json(written: Path, printed: Printed) -> None:
         ("--scene nonsense", "scene: got 'nonsense'"),
         ("--plot x.txt", "got x.txt, expected a name that ends in .svg"),
         ("--until -1", "got no rows up to t = -1 s, expected a trajectory"),
-        ("--until x", "expected a finite number"),
+        ("--until x", "not a valid float"),
         ("--junit /proc/nothing/x.xml", "/proc/nothing/x.xml"),
     ],
 )
@@ -94,7 +94,7 @@ def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
     theirs = written.read_text().replace("t,kx", "time,kx", 1)
     words = ["check", "-", "--scene", "reference", "--columns", "time=t", "--until", "3"]
     run = subprocess.run(
-        [sys.executable, "-m", "tt_precise.cli", *words],
+        [sys.executable, "-m", "tt_precise", *words],
         input=theirs,
         capture_output=True,
         text=True,

@@ -17,7 +17,7 @@ def test_scaling_by_powers_of_two_changes_no_bit(half: Scene, precision: str) ->
     """m, R and g scaled, and the start and the horizon accordingly: the same dimensionless top."""
     body, time = half.body, Fraction(1, 8)  # sqrt(length/gravity)
     other = half.varied(
-        m=body.m / 8, R=body.R / 4, g=body.g * 16, mu=body.mu * 4 * time,
+        m=body.m / 4096, R=body.R / 16, g=body.g * 4, mu=body.mu * 16 * time,
         omega_3=half.start.omega_3 / time, until=half.until * time,
     )  # fmt: skip
     one, two = integrate(half, precision), integrate(other, precision)
