@@ -100,8 +100,7 @@ class Hardware:
 
 
 DOUBLES, LONG_DOUBLES = Hardware("float64"), Hardware("longdouble")
-Numbers = Hardware | Mpfr
-"""An arithmetic of arrays."""
+Numbers = Hardware | Mpfr  # arithmetics of arrays
 
 
 def functions_of(numbers: Numbers) -> Functions:

@@ -172,10 +172,9 @@ class Zeros:
 
         Raises ``InputError``: there are too many, or a function jumps or is undefined.
         """
-        count = MOST_STEPS_AT_ONCE
         with numpy.errstate(all="ignore"), self.setup.precision.mpfr.precision():
-            for first in range(0, len(steps), count):
-                _Block(self, steps.of(slice(first, min(first + count, len(steps))))).search()
+            for first in range(0, len(steps), MOST_STEPS_AT_ONCE):
+                _Block(self, steps.of(slice(first, first + MOST_STEPS_AT_ONCE))).search()
 
     def collect(self) -> FoundEvents:
         """Return the events so far."""
@@ -520,6 +519,8 @@ class _Block:
                 self._turn(points, which, turning)
             inside = self._errors_inside(position[unsure], wide=True)
             error[unsure] = numpy.fmax(self.error[which[unsure], step[unsure]], inside)
+            position, value, error, reach = _in_order([points])
+            which, _, _ = self._located(position)
         if self._exact_start:
             first = numpy.flatnonzero(position % (self.count + 1) == 0)
             first = first[~(abs(value[first]) > error[first])]
@@ -532,7 +533,7 @@ class _Block:
         return SignChanges(which[high], position[low], position[high], value[low], value[high])
 
     def _turn(self, points: Points, which: Array, turning: Array) -> None:
-        """Replace values by those at the vertices of parabolas, in the arithmetic of the run."""
+        """Move extrema to the vertices of parabolas, in the arithmetic of the run."""
         numbers, mine = self.zeros._numbers, which[turning]
         _, step, inside = self._located(points.position[turning])
         position, reach = numbers.array(inside.tolist()), points.reach[turning]
@@ -541,7 +542,7 @@ class _Block:
             row = self.steps.evaluate(step, self.steps.times(step, at), numbers)
             return self.zeros.of_each(mine, row, numbers)
 
-        far, value = FLATTEST, None
+        far = FLATTEST
         while far**2 >= self.zeros._rounding:
             aside = far * reach
             left, middle, right = (function(position + d) for d in (-aside, 0 * aside, aside))
@@ -549,8 +550,8 @@ class _Block:
             position = position + numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
             position = numpy.minimum(numpy.maximum(position, 0 * position), 0 * position + 1)
             far *= far
-        value = function(position)
-        points.value[turning] = value.astype(float)
+        points.value[turning] = function(position).astype(float)
+        points.position[turning] += position.astype(float) - inside
 
     # ---- refinement -----------------------------------------------------------------------------
 
