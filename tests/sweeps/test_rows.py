@@ -73,6 +73,18 @@ def assert_row(rows: Rows, number: int, expected: dict[str, Any]) -> None:
         ("frictionless", 1, {"phi_dot": "0,10"}),
         # a top that spins the other way is treated as its mirror image
         ("reference", 8, {"omega_3": "-155"}),
+        # nu_y falls through nu_x after it last rose, and before the climb
+        (
+            "reference",
+            3,
+            {
+                "omega_3": "-72",
+                "phi_dot": "-75",
+                "theta_dot": "4.4",
+                "nu_x": "0.21",
+                "nu_y": "-0.53",
+            },
+        ),
         more("reference", 8, {"theta": "0.01,0.7,1.5", "theta_dot": "-4,3"}),
     ],
 )

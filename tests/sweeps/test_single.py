@@ -1,7 +1,6 @@
 """Rows from single runs: every kind of scene, and rows again in a finer arithmetic."""
 
 from fractions import Fraction
-from typing import Any
 
 import numpy
 import pandas
@@ -11,7 +10,6 @@ import tt_precise as tt
 from tests.conftest import more
 from tt_precise.integration.inversion import NEEDED
 from tt_precise.scene.scene import load_scene
-from tt_precise.sweeps import single
 from tt_precise.sweeps.columns import OUTCOMES
 from tt_precise.sweeps.single import fine_row_of, row_of, rows_of
 
@@ -93,17 +91,3 @@ def test_a_fine_row_with_squares_below_doubles() -> None:
     """The rate of nu_x was undefined there, and the finer arithmetic contradicted the sweep."""
     scene = load_scene("reference").varied(theta="1e-200", mu="1000", until="0.5")
     assert fine_row_of(scene, ("max_nu_x",))["max_nu_x"] == pytest.approx(3.2e-204, rel=0.1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("changes", [{}, {"mu": "3", "until": "1"}, {"phi_dot": "195"}])
-def test_a_fine_row_is_that_of_quad(
-    changes: dict[str, str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene, record = load_scene("reference").varied(**changes), ("max_phi_dot", "start_E")
-    row = fine_row_of(scene, record)
-    monkeypatch.setattr(single, "refused_in_doubles", lambda scene: "all")
-    quad: dict[str, Any] = fine_row_of(scene, record)
-    assert {name: row[name] for name in row if name not in ("steps", "jellett_drift")} == {
-        name: quad[name] for name in row if name not in ("steps", "jellett_drift")
-    }
