@@ -95,7 +95,7 @@ nb_execution_mode = "cache"
 nb_execution_cache_path = str(ROOT / "build/docs/executed" / _package_hash())
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
-nb_execution_timeout = 300
+nb_execution_timeout = 1500
 nb_merge_streams = True
 
 
