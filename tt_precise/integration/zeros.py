@@ -309,6 +309,12 @@ class _Block:
         """True if the first step begins at the exact start."""
         return not (self.zeros._continued or self.steps.begin[0])
 
+    @property
+    def _narrowest(self) -> float:
+        """The width of an interval, in steps, whose shape the rounding of positions leaves."""
+        latest = len(self.zeros.events) * (self.count + 1.0)
+        return float(4 * numpy.spacing(latest) / SHAPE)
+
     def _located(self, position: Array) -> tuple[Array, Array, Array]:
         """Return function, step and position in the step of positions of all functions."""
         which = (position // (self.count + 1)).astype(int)
@@ -324,7 +330,10 @@ class _Block:
             halves = position[:MOST_INTERVALS], position[MOST_INTERVALS:]
             return numpy.concatenate(list(map(self._values, halves)))
         which, step, inside = self._located(position)
-        row = self.steps.inside(step if step.ndim == 1 else step[:, 0], inside)
+        if position.ndim > 1:  # the last position may be the end of the step
+            inside += step - step[:, :1]
+            which, step = numpy.broadcast_to(which[:, :1], which.shape), step[:, 0]
+        row = self.steps.inside(step, inside)
         return self.zeros.of_each(which, row, DOUBLES)
 
     def _exact_values(self, position: Array) -> Array:
@@ -454,6 +463,7 @@ class _Block:
         """
         _, step, inside = self._located(begin)
         last = min(BISECTIONS, self.zeros.setup.precision.bits // 4 - 2)
+        last = min(last, int(-math.log2(self._narrowest)))
         bounds = numpy.append(0.0, 2.0 ** -numpy.arange(float(last), -1.0, -1.0))
         count = numpy.where((step == 0) & (inside == 0), last + 1, 1)
         number = numpy.concatenate([numpy.arange(n) for n in count]) if len(count) else count
@@ -482,6 +492,7 @@ class _Block:
         polynomials = through(values, self.zeros._bent[which])
         # where noise exceeds the function there is nothing to divide
         shaped = (polynomials.tail <= numpy.fmax(SHAPE * largest, error)) | last
+        shaped |= width <= self._narrowest
         shaped |= ~numpy.isfinite(values).any(axis=0)
         kept = Polynomials(*(x[..., shaped] for x in polynomials))
         intervals.append(Intervals(begin[shaped], width[shaped], kept.monomials))
