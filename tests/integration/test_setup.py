@@ -97,3 +97,11 @@ def test_contact_lost_later_is_reported_when_it_is_ignored(rough: Scene) -> None
     ignored = integrate(scene, contact="bilateral")
     assert (ignored.status, ignored.t_end) == ("contact_ignored", 0.66)
     assert integrate(scene.varied(until="0.6"), contact="bilateral").status == "complete"
+
+
+def test_a_tilt_whose_last_double_underflows_is_refused_in_several_doubles() -> None:
+    scene = load_scene("reference").varied(theta="1e-300", until="0.01")
+    with pytest.raises(InputError, match=r"got double-double.*theta below"):
+        integrate(scene, "double-double")
+    delivered, exact = integrate(scene, digits=20), integrate(scene, "mp", bits=200)
+    assert abs(delivered.state.theta / exact.state.theta - 1) < 1e-20

@@ -41,6 +41,8 @@ from tt_precise.taylor.graph import Graph
 
 NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
+# Below 1e-260 the last of three doubles, 2^-106 of the first, has lost bits to underflow.
+LEAST_IN_DOUBLES = 1e-250
 Own = Callable[[Motion], Scalar] | Quantity
 Events = str | Own | Iterable[Asked | Own]
 
@@ -189,7 +191,11 @@ def full_tolerance(precision: Precision) -> Scalar:
 def refused_in_doubles(scene: Scene) -> str:
     """The reason why double-double and triple-double cannot integrate a scene; "" if they can."""
     missing = scene.body.friction.missing(Graph)
-    return f"{scene.body.law} friction, which needs {' and '.join(missing)}" if missing else ""
+    if missing:
+        return f"{scene.body.law} friction, which needs {' and '.join(missing)}"
+    entries = {**scene.start.components(), "theta": scene.start.theta.offset}
+    small = [name for name, value in entries.items() if 0 < abs(value) < LEAST_IN_DOUBLES]
+    return f"a start with {' and '.join(small)} below 1e-250" if small else ""
 
 
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:
