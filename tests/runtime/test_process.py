@@ -14,7 +14,7 @@ OURS = "process.in_a_process_of_ours()"
 
 def words_of(*lines: str) -> list[str]:
     """Return the words that a new interpreter prints that runs these lines."""
-    code = "\n".join(("from tt_precise.runtime import process", *lines))
+    code = "\n".join(("import os; from tt_precise.runtime import process", *lines))
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return done.stdout.split()
 
@@ -27,8 +27,8 @@ def test_heyoka_comes_without_sympy_in_a_process_of_ours() -> None:
 
 
 def test_linear_algebra_of_a_command_has_one_thread_unless_more_are_wanted() -> None:
-    threads = "import numpy, os; print(len(os.listdir('/proc/self/task')))"
-    unset = "import os; [os.environ.pop(f'{x}_NUM_THREADS', None) for x in ('OPENBLAS', 'OMP')]"
+    threads = "import numpy; print(len(os.listdir('/proc/self/task')))"
+    unset = "[os.environ.pop(f'{x}_NUM_THREADS', None) for x in ('OPENBLAS', 'OMP')]"
     assert words_of(unset, OURS, threads) == ["1"]
     # the controls: without it there is one a core, and who asks for two has them
     cores = len(os.sched_getaffinity(0))
@@ -38,12 +38,9 @@ def test_linear_algebra_of_a_command_has_one_thread_unless_more_are_wanted() -> 
 
 
 def test_a_command_draws_whatever_backend_a_notebook_has_set(tmp_path: Path) -> None:
-    inline = "module://matplotlib_inline.no_such_backend"
-    words = f"['run', 'reference', '--until', '0.01', '--plot', {str(tmp_path / 'a.svg')!r}]"
-    code = f"import sys; sys.argv[1:] = {words}; from tt_precise.cli import entry; entry()"
-    environment = {**os.environ, "MPLBACKEND": inline}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True)
-    assert (done.returncode, done.stderr) == (0, b"")
+    inline = "os.environ['MPLBACKEND'] = 'module://matplotlib_inline.no_such_backend'"
+    draw = RUN.replace("'--until'", f"'--plot', {str(tmp_path / 'a.svg')!r}, '--until'")
+    words_of(inline, OURS, draw)
     assert (tmp_path / "a.svg").stat().st_size > 1000
 
 
@@ -55,25 +52,24 @@ class llvm_state:
 
 
 @pytest.mark.parametrize(
-    ("lines", "limit", "words"),
+    ("line", "limit", "words"),
     [
-        ((OURS,), "print(size)", [str(64 * 2**20), "{home}/tt-precise/compiled"]),
-        ((OURS,), "raise RuntimeError", ["enabled", "False", "{home}/tt-precise/compiled"]),
-        (("os.environ['HEYOKA_CACHE_DIR'] = '/tmp'", OURS), "print(size)", ["/tmp"]),
-        ((), "print(size)", ["None"]),  # a library touches neither the place nor the limit
+        (OURS, "print(size)", [str(64 * 2**20), "{home}/tt-precise/compiled"]),
+        (OURS, "raise RuntimeError", ["enabled", "False", "{home}/tt-precise/compiled"]),
+        (f"os.environ['HEYOKA_CACHE_DIR'] = '/tmp'; {OURS}", "print(size)", ["/tmp"]),
+        ("", "print(size)", ["None"]),  # a library touches neither the place nor the limit
     ],
     ids=["ours", "full disk", "chosen", "library"],
 )
 def test_the_folder_of_compiled_code_has_a_place_and_a_limit(
-    tmp_path: Path, lines: tuple[str, ...], limit: str, words: list[str]
+    tmp_path: Path, line: str, limit: str, words: list[str]
 ) -> None:
     """A module in place of heyoka prints its settings."""
     (tmp_path / "heyoka.py").write_text(HEYOKA.format(limit=limit))
     home = f"os.environ['XDG_CACHE_HOME'] = {str(tmp_path)!r}"
-    begin = ("import os", "os.environ.pop('HEYOKA_CACHE_DIR', None)", home)
-    imports = f"import sys; sys.path.insert(0, {str(tmp_path)!r})", "process.import_heyoka()"
-    place = "print(os.environ.get('HEYOKA_CACHE_DIR'))"
-    printed = words_of(*begin, *lines, *imports, place)
+    unset = "os.environ.pop('HEYOKA_CACHE_DIR', None)"
+    imports = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); process.import_heyoka()"
+    printed = words_of(unset, home, line, imports, "print(os.environ.get('HEYOKA_CACHE_DIR'))")
     assert printed == [word.format(home=tmp_path) for word in words]
 
 

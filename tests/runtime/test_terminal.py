@@ -1,7 +1,6 @@
 """Output to the terminal: a value stays in its line, and progress only on a terminal."""
 
 import io
-import subprocess
 import sys
 from typing import Any
 
@@ -15,12 +14,6 @@ class Terminal(io.StringIO):
         return True
 
 
-@pytest.fixture
-def _xterm(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.delenv("NO_COLOR", raising=False)
-
-
 def test_a_value_cannot_forge_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     say(["first", "title\nforged: pass", "a\x1b[2J\r\x9bb\u2028d\ue000\udcff"])
     shown = "a\\u001b[2J\\u000d\\u009bb\\u2028d\ue000\\udcff"
@@ -29,11 +22,12 @@ def test_a_value_cannot_forge_a_line(capsys: pytest.CaptureFixture[str]) -> None
         assert one_line(text) == text
 
 
-@pytest.mark.usefixtures("_xterm")
 @pytest.mark.parametrize("stream", [io.StringIO, Terminal])
 def test_progress_is_for_terminals(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, stream: Any
 ) -> None:
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.delenv("NO_COLOR", raising=False)
     monkeypatch.setattr(sys, "stderr", screen := stream())
     with progress_bar("integrating") as progress:
         for percent in range(0, 101, 10):
@@ -44,12 +38,3 @@ def test_progress_is_for_terminals(
     assert capsys.readouterr().out == ""
     with pytest.raises(KeyboardInterrupt), progress_bar("integrating"):
         raise KeyboardInterrupt
-
-
-def test_rich_is_imported_for_a_terminal_only() -> None:
-    code = (
-        "import sys; from tt_precise.runtime.terminal import progress_bar\n"
-        "with progress_bar('x') as progress: progress(1.0)\n"
-        "assert 'rich' not in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, stderr=subprocess.PIPE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import partial
 from types import SimpleNamespace
@@ -37,24 +36,18 @@ def test_a_thing_that_is_given_twice_counts_once_and_two_of_one_name_are_refused
         distinct("quantities", [one, other])
 
 
-HUGE = 10**400
-
-
-@pytest.mark.parametrize("value", [HUGE, 10**5000, -1, 1.0, True, "3"], ids=lambda _: "")
+@pytest.mark.parametrize("value", [10**400, 10**5000, -1, 1.0, True, "3"], ids=lambda _: "")
 def test_a_whole_number_is_one_within_its_bounds(value: Any) -> None:
-    assert [whole_number(one, "n", 0, 9) for one in (0, numpy.int64(9))] == [0, 9]
+    assert [whole_number(number, "n", 0, 9) for number in (0, numpy.int64(9))] == [0, 9]
     with pytest.raises(InputError, match=r"n: got .{1,60}, expected .* between 0 and 9"):
         whole_number(value, "n", 0, 9)
 
 
-FAILED = Check("jellett", "fail", value=2e-3, limit=1e-6, at=1.5, note="a note", bound=math.inf)
-
-
 def test_a_check_is_a_sentence() -> None:
-    assert not FAILED.holds
-    assert all(replace(FAILED, verdict=word).holds for word in ("pass", "open", "skipped"))
-    assert FAILED.sentence() == "jellett: 0.002, allowed 1e-06, at t = 1.5 s: a note"
-    late = replace(FAILED, since=1.25, sense="at least", note="")
+    failed = Check("jellett", "fail", value=2e-3, limit=1e-6, at=1.5, note="a note")
+    assert [replace(failed, verdict=word).holds for word in ("fail", "pass", "open")] == [0, 1, 1]
+    assert failed.sentence() == "jellett: 0.002, allowed 1e-06, at t = 1.5 s: a note"
+    late = replace(failed, since=1.25, sense="at least", note="")
     assert late.sentence() == "jellett: 0.002, expected at least 1e-06, from t = 1.25 s on"
     assert Check("golden", "skipped", note="no rows").sentence() == "golden: no rows"
 
@@ -65,15 +58,11 @@ class Number(Ring):
 
     x: int
 
-    @classmethod
-    def of(cls, other: Scalar) -> Number:
-        return other if isinstance(other, Number) else cls(other)
-
     def __add__(self, other: Scalar) -> Number:
-        return Number(self.x + Number.of(other).x)
+        return Number(self.x + (other.x if isinstance(other, Number) else other))
 
     def __mul__(self, other: Scalar) -> Number:
-        return Number(self.x * Number.of(other).x)
+        return Number(self.x * (other.x if isinstance(other, Number) else other))
 
     def __neg__(self) -> Number:
         return Number(-self.x)
@@ -81,11 +70,7 @@ class Number(Ring):
 
 def test_the_other_operations_follow() -> None:
     one, two = Number(5), Number(3)
-    assert (one - two).x == 2
-    assert (1 + one).x == 6
-    assert (1 - one).x == -4
-    assert (one - 1).x == 4
-    assert (2 * one).x == 10
+    assert [n.x for n in (one - two, 1 + one, 1 - one, one - 1, 2 * one)] == [2, 6, -4, 4, 10]
 
 
 def test_a_result_is_computed_once_for_each_key_and_object() -> None:
@@ -105,7 +90,6 @@ def test_a_result_is_computed_once_for_each_key_and_object() -> None:
     ("name", "names", "near"),
     [
         ("omega3", ("theta", "omega_3"), "omega_3"),
-        ("equater", ("equator", "nu_crossing"), "equator"),
         ("drift:jellet", ("drift:E", "drift:jellett"), "drift:jellett"),
         ("lean", ("theta", "omega_3"), ""),
     ],

@@ -156,7 +156,7 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
     kind: Any = LiftedState if scene.lifts else NewtonState
     with wide.precision():
         body = scene.body.numbers(lambda value: wide.number(to_mpmath(value, context)))
-        entries = [wide.of_texts(trajectory.column(name)) for name in kind._fields]
+        entries = [wide.of_fractions(trajectory.column(name)) for name in kind._fields]
         first, rows = (
             Motion(body, kind(*state), wide, scene.model)
             for state in ([entry[0] for entry in entries], entries)
@@ -173,7 +173,7 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
         return results
     wide = mpfr_of(finer)
     with wide.precision():
-        theta, phi_dot, omega_3 = map(wide.of_texts, angles)
+        theta, phi_dot, omega_3 = map(wide.of_fractions, angles)
         state = EulerState(theta, 0, phi_dot, omega_3, 0, 0)
         values = map(wide.back, euler.jellett(start.body.numbers(wide.number), state, wide))
     drifts = [abs(value - exact) / abs(exact) for value in values]

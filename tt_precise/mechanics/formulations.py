@@ -13,7 +13,7 @@ from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.parameters import Dimension, Parameters, of_numbers
 from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
-from tt_precise.runtime.values import Functions, Scalar, StateOfAny, require_name
+from tt_precise.runtime.values import Functions, Scalar, require_name
 
 COORDINATES = ("newton", "euler")
 
@@ -38,11 +38,11 @@ class Formulation:
 
     model: str
     State: Any
-    derivatives: Callable[..., StateOfAny]
+    derivatives: Callable[..., Any]
     friction: Law = VISCOUS
     spring: str = ""
 
-    def rates(self, body: Parameters, state: StateOfAny, fn: Functions) -> StateOfAny:
+    def rates(self, body: Parameters, state: Any, fn: Functions) -> Any:
         """The derivatives of a state."""
         return self.derivatives(body, state, fn)
 
@@ -77,7 +77,7 @@ class Formulation:
         numbers = dict(zip(self.parameters, values, strict=True))
         return of_numbers(constants | numbers, self.friction, self.spring, Parameters)
 
-    def motion(self, body: Parameters, state: StateOfAny, fn: Functions, phi: Scalar = 0) -> Motion:
+    def motion(self, body: Parameters, state: Any, fn: Functions, phi: Scalar = 0) -> Motion:
         """The ``Motion`` of a state; an Euler state needs the azimuth ``phi``."""
         here = self.State(*state)
         vectors = here.vectors(body, fn, phi)

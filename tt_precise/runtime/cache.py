@@ -73,9 +73,10 @@ def cached_table(
     It is searched in ``reports/`` of the checkout, then in the user's cache.
     """
     mark = fingerprint(definition)
-    stored = _load_table(file, mark)
-    if stored is not None:
-        return stored
+    for folder in _folders():
+        with contextlib.suppress(*UNREADABLE):
+            if (table := unpacked((folder / file).read_bytes(), mark)) is not None:
+                return table
     content = packed(compute(), mark)
     for folder in _folders():
         with contextlib.suppress(InputError):  # read-only or full
@@ -90,11 +91,7 @@ def cached_table(
 def packed(table: pandas.DataFrame, mark: str) -> bytes:
     """The file of a table; the same table gives the same bytes."""
     text = table.to_csv(index=False, float_format=f"%.{DIGITS}g", lineterminator="\n")
-    sink = io.BytesIO()
-    # no time and no name in the header, which would change with every run
-    with gzip.GzipFile(filename="", mode="wb", fileobj=sink, mtime=0) as file:
-        file.write(f"# {mark}\n{text}".encode())
-    return sink.getvalue()
+    return gzip.compress(f"# {mark}\n{text}".encode(), mtime=0)
 
 
 def unpacked(content: bytes, mark: str) -> pandas.DataFrame | None:
@@ -102,25 +99,13 @@ def unpacked(content: bytes, mark: str) -> pandas.DataFrame | None:
     import pandas
 
     text = gzip.decompress(content).decode("utf-8")
-    if not text.startswith(f"# {mark}\n"):
-        return None
-    return pandas.read_csv(io.StringIO(text), comment="#")
+    same = text.startswith(f"# {mark}\n")
+    return pandas.read_csv(io.StringIO(text), comment="#") if same else None
 
 
-def _load_table(file: str, mark: str) -> pandas.DataFrame | None:
-    for folder in _folders():
-        try:
-            table = unpacked((folder / file).read_bytes(), mark)
-        except UNREADABLE:
-            continue
-        if table is not None:
-            return table
-    return None
-
-
-def _folders() -> tuple[Path, ...]:
-    checkout = Path(__file__).parents[2]
+def _folders() -> list[Path]:
+    checkout = PACKAGE.parent
     folders = [checkout / "reports/measured"] if (checkout / "pyproject.toml").is_file() else []
     with contextlib.suppress(OSError):
         folders.append(user_folder())
-    return tuple(folders)
+    return folders

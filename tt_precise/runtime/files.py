@@ -9,7 +9,6 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 from tt_precise.runtime.values import InputError, Json
 
@@ -20,28 +19,23 @@ LARGEST_FILE = 30_000
 MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 
 
-class _GivenUpError(Exception):
-    """Leaves the old file."""
-
-
 @contextmanager
-def replacing(path: str | Path) -> Iterator[Path]:
+def replacing(path: str | Path, *, keep: bool = True) -> Iterator[Path]:
     """Give a temporary path that replaces ``path`` at the end, if no exception occurs.
 
     The temporary path has the name of ``path`` in a new folder beside it. A link stays a link: its
     target is replaced. An old file keeps its permissions. A device or a pipe, such as /dev/stdout,
-    is written to directly.
+    is written to directly. Without ``keep`` the temporary file is removed instead.
 
     Raises ``InputError``: the place cannot be written, or is full.
     """
     import tempfile  # here, as much imports this that does not write
 
-    target = Path(path)
+    target = Path(os.path.realpath(path))
     try:
-        if _is_device(target):
-            yield target
+        if target.exists() and not (target.is_file() or target.is_dir()):
+            yield target if keep else Path(os.devnull)
             return
-        target = Path(os.path.realpath(target))
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=target.parent, prefix=".") as folder:
             temporary = Path(folder) / target.name
@@ -50,18 +44,12 @@ def replacing(path: str | Path) -> Iterator[Path]:
                 os.fsync(file.fileno())
             with suppress(FileNotFoundError):
                 temporary.chmod(target.stat().st_mode)
-            temporary.replace(target)
+            if keep:
+                temporary.replace(target)
     except OSError as error:
         raise InputError(
             f"{target}: {error.strerror or error}; expected a place that can be written"
         ) from error
-
-
-def shipped(name: str) -> Path:
-    """Return the shipped data folder ``name``: in an installed package, beside it in a checkout."""
-    package = Path(__file__).resolve().parents[1]
-    installed = package / name
-    return installed if installed.is_dir() else package.parent / name
 
 
 def atomic_write(path: str | Path, content: str | bytes) -> None:
@@ -84,11 +72,8 @@ def require_writable(path: str | Path) -> None:
     """
     if os.path.isdir(path):
         raise InputError(f"{path}: Is a directory; expected a place that can be written")
-    with suppress(_GivenUpError):
-        if not _is_device(Path(path)):
-            with replacing(path) as temporary:
-                temporary.write_bytes(bytes(A_PAGE))
-                raise _GivenUpError
+    with replacing(path, keep=False) as temporary:
+        temporary.write_bytes(bytes(A_PAGE))
 
 
 @contextmanager
@@ -97,23 +82,24 @@ def locked(folder: Path, work: str) -> Iterator[None]:
 
     Raises ``InputError``: another process works in the folder, or the folder cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise InputError(f"{folder}: {error.strerror}; expected a writable folder") from None
-    try:
+    with ExitStack() as stack:
         try:
+            folder.mkdir(parents=True, exist_ok=True)
+            handle = os.open(folder, os.O_RDONLY)
+            stack.callback(os.close, handle)
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(f"{folder}: another {work} is running, expected none") from None
+        except OSError as error:
+            raise InputError(f"{folder}: {error.strerror}; expected a writable folder") from None
         yield
-    finally:
-        os.close(handle)
 
 
-def _is_device(path: Path) -> bool:
-    return os.path.exists(path) and not (os.path.isfile(path) or os.path.isdir(path))
+def shipped(name: str) -> Path:
+    """Return the shipped data folder ``name``: in an installed package, beside it in a checkout."""
+    package = Path(__file__).resolve().parents[1]
+    installed = package / name
+    return installed if installed.is_dir() else package.parent / name
 
 
 def read_toml(path: Path, what: str) -> str:
@@ -128,10 +114,11 @@ def read_toml(path: Path, what: str) -> str:
         if len(content) > LARGEST_FILE:
             raise ValueError(f"larger than {LARGEST_FILE} bytes")
         return content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        reason = "not UTF-8 text"
     except (OSError, ValueError) as error:
-        decoding = isinstance(error, UnicodeDecodeError)
-        reason = "not UTF-8 text" if decoding else getattr(error, "strerror", None) or str(error)
-        raise InputError(f"{printable(path)}: {reason}, expected {what}") from None
+        reason = getattr(error, "strerror", None) or str(error)
+    raise InputError(f"{printable(path)}: {reason}, expected {what}")
 
 
 def parse_toml(text: str) -> dict[str, Json]:
@@ -152,17 +139,6 @@ def printable(path: Path) -> str:
     return text if len(text) <= 300 else f"...{text[-297:]}"
 
 
-def parse_json(content: str | bytes, **hooks: Any) -> Json:
-    """Return the value of a JSON text, by Python's reader with its ``hooks``.
-
-    Raises ``ValueError``: it is not JSON, or nested too deeply.
-    """
-    try:
-        return json.loads(content, **hooks)
-    except RecursionError:
-        raise ValueError("nested too deeply") from None
-
-
 def read_json(path: Path, what: str) -> dict[str, Json]:
     """Return the JSON object in a file, which has neither repeated keys nor NaN.
 
@@ -171,25 +147,13 @@ def read_json(path: Path, what: str) -> dict[str, Json]:
     """
     try:
         text = path.read_bytes().decode("utf-8")
-        content = parse_json(text, object_pairs_hook=_object, parse_constant=_no_number)
-    except (OSError, ValueError) as error:
+        content = json.loads(text, object_pairs_hook=_object, parse_constant=_no_number)
+    except (OSError, ValueError, RecursionError) as error:
         reason = getattr(error, "strerror", None) or f"no JSON: {error}"
         raise InputError(f"{printable(path)}: {reason}; expected {what}") from None
     if not isinstance(content, dict):
         raise InputError(f"{printable(path)}: got no JSON object, expected {what}")
     return content
-
-
-@contextmanager
-def of_its_form(path: Path, what: str) -> Iterator[None]:
-    """Turn errors about a file's content into an ``InputError``."""
-    try:
-        yield
-    except InputError:
-        raise
-    except MISSHAPEN as error:
-        reason = f"not of its form ({type(error).__name__}: {error})"
-        raise InputError(f"{printable(path)}: {reason}; expected {what}") from None
 
 
 def _object(pairs: list[tuple[str, Json]]) -> dict[str, Json]:

@@ -30,22 +30,11 @@ def _mpfr(context: Functions, bits: int) -> Mpfr:
 
 
 class Mpfr:
-    """Arrays of numbers with the precision of an mpmath ``context``, and their functions.
+    """Arrays of numbers with the precision of an mpmath ``context``, and gmpy2's functions of them.
 
     Arrays hold Python objects; undefined values are NaN or infinite. ``nint`` is the nearest whole
     number.
     """
-
-    sqrt: Callable[[Scalar], Scalar]
-    exp: Callable[[Scalar], Scalar]
-    sin: Callable[[Scalar], Scalar]
-    cos: Callable[[Scalar], Scalar]
-    nint: Callable[[Scalar], Scalar]
-    log: Callable[[Scalar], Scalar]
-    tan: Callable[[Scalar], Scalar]
-    atan: Callable[[Scalar], Scalar]
-    asin: Callable[[Scalar], Scalar]
-    acos: Callable[[Scalar], Scalar]
 
     def __init__(self, context: Functions):
         import gmpy2  # here, so that to import this file costs nothing
@@ -53,8 +42,10 @@ class Mpfr:
 
         self.context, self.bits = context, int(context.prec)
         self._gmpy2, self._from_man_exp = gmpy2, from_man_exp
-        for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "nint"):
-            setattr(self, name, _elementwise({"nint": "rint"}.get(name, name), 1))
+
+    def __getattr__(self, name: str) -> Callable[[Scalar], Scalar]:
+        """The function ``name`` of one argument, such as ``sqrt`` or ``sin``."""
+        return _elementwise({"nint": "rint"}.get(name, name), 1)
 
     def precision(self) -> AbstractContextManager[Any]:
         """A context in which sums, products and functions are rounded to this precision."""
@@ -91,15 +82,10 @@ class Mpfr:
         with self.precision():
             return _array(list(map(self._number, values)))
 
-    def of_fractions(self, values: Iterable[Fraction]) -> Array:
-        """Exact numbers, each rounded once."""
+    def of_fractions(self, values: Iterable[Fraction | str]) -> Array:
+        """Exact numbers, also decimals as text, each rounded once."""
         with self.precision():
             return _array([self._gmpy2.mpfr(self._gmpy2.mpq(value)) for value in values])
-
-    def of_texts(self, texts: Iterable[str]) -> Array:
-        """Decimals, each rounded once."""
-        with self.precision():
-            return _array([self._gmpy2.mpfr(text) for text in texts])
 
     def from_limbs(self, limbs: Array) -> Array:
         """Return the exact sums of doubles: an array of numbers from axes (number, limb)."""
@@ -125,14 +111,8 @@ class Mpfr:
 
     def texts(self, values: Iterable[Scalar], digits: int) -> list[str | None]:
         """Decimals with the given digits; None for NaN."""
-
-        def text(value: Scalar) -> str | None:
-            number = self.back(value)
-            if number is None:
-                return None
-            return str(self.context.nstr(number, digits, min_fixed=0, max_fixed=0))
-
-        return list(map(text, values))
+        numbers = map(self.back, values)
+        return [None if x is None else decimal_text(x, digits) for x in numbers]
 
     def hypot(self, x: Scalar, y: Scalar) -> Scalar:
         """Square root of the sum of squares, truncated first as in mpmath."""
@@ -141,17 +121,21 @@ class Mpfr:
         return self.sqrt(square)
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
-        """Angle of the point (x, y)."""
+        """Angle of the point (x, y), from mpmath's function, which takes half as long as MPFR's."""
         import numpy
 
-        return numpy.frompyfunc(self._atan2, 2, 1)(y, x)
+        def angle(y: Scalar, x: Scalar) -> Scalar:
+            above, right = self.back(y), self.back(x)
+            if above is None or right is None:
+                return y * x * 0  # not a number
+            return self.number(self.context.atan2(above, right))
 
-    def _atan2(self, y: Scalar, x: Scalar) -> Scalar:
-        # mpmath's takes half as long as MPFR's
-        above, right = self.back(y), self.back(x)
-        if above is None or right is None:
-            return y * x * 0  # not a number
-        return self.number(self.context.atan2(above, right))
+        return numpy.frompyfunc(angle, 2, 1)(y, x)
+
+
+def decimal_text(number: Scalar, digits: int) -> str:
+    """Return an mpmath number as a decimal with so many significant digits."""
+    return str(number.context.nstr(number, digits, min_fixed=0, max_fixed=0))
 
 
 @cache

@@ -14,7 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from tt_precise.runtime.files import atomic_write, replacing
+from tt_precise.runtime.files import replacing
 from tt_precise.runtime.values import Array, InputError
 
 if TYPE_CHECKING:
@@ -98,13 +98,15 @@ def thinned(times: Array, values: Array, bins: int = BINS) -> Array:
     return numpy.array(sorted(chosen))
 
 
-def require_format(path: str | Path) -> None:
-    """Refuse a file name that ends in no known format, before anything has been computed.
+def require_format(path: str | Path) -> str:
+    """Return the suffix of a picture's file, before anything has been computed.
 
     Raises ``InputError``: neither .svg nor .png nor .pdf.
     """
-    if Path(path).suffix.lower() not in FORMATS:
+    ending = Path(path).suffix.lower()
+    if ending not in FORMATS:
         raise InputError(f"picture: got {path}, expected a name that ends in {', '.join(FORMATS)}")
+    return ending
 
 
 def save(figure: Figure, path: str | Path) -> None:
@@ -112,13 +114,12 @@ def save(figure: Figure, path: str | Path) -> None:
 
     Raises ``InputError``: another ending than ``FORMATS``, or the place cannot be written.
     """
-    require_format(path)
-    ending = Path(path).suffix.lower()
-    if ending == ".svg":
-        atomic_write(path, svg_text(figure))
-        return
+    ending = require_format(path)
     with styled(), replacing(path) as temporary:
-        figure.savefig(temporary, format=ending[1:], metadata=_METADATA[ending], dpi=DPI)
+        if ending == ".svg":
+            temporary.write_text(svg_text(figure), "utf-8")
+        else:
+            figure.savefig(temporary, format=ending[1:], metadata=_METADATA[ending], dpi=DPI)
 
 
 def svg_text(figure: Figure, letters: Literal["path", "none"] = "path") -> str:
@@ -128,19 +129,8 @@ def svg_text(figure: Figure, letters: Literal["path", "none"] = "path") -> str:
     sink = io.StringIO()
     with styled(), matplotlib.rc_context({"svg.fonttype": letters}):
         figure.savefig(sink, format="svg", metadata=_METADATA[".svg"])
-    return _numbered(sink.getvalue())
-
-
-_HASHED = re.compile(r'\bid="([A-Za-z_]*?)[0-9a-f]{10}"')
-
-
-def _numbered(svg: str) -> str:
-    """Replace the ids of an SVG by numbers counted in order.
-
-    matplotlib makes those of clip paths and markers from numbers whose last bits may change.
-    """
-    names = {match[0][4:-1]: f"{match[1]}{n}" for n, match in enumerate(_HASHED.finditer(svg), 1)}
-    if not names:
-        return svg
-    pattern = re.compile("|".join(sorted(names, key=len, reverse=True)))
-    return pattern.sub(lambda match: names[match[0]], svg)
+    # matplotlib makes ids of clip paths and markers from numbers whose last bits may change
+    found = re.finditer(r'\bid="([A-Za-z_]*?)([0-9a-f]{10})"', sink.getvalue())
+    numbers = {match[2]: str(number) for number, match in enumerate(found, 1)}
+    hashes = re.compile("|".join(numbers) or "$^")
+    return hashes.sub(lambda match: numbers[match[0]], sink.getvalue())

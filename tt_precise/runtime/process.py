@@ -50,8 +50,7 @@ def import_heyoka() -> ModuleType:
     """
     with _lock:
         first = _ours and "heyoka" not in sys.modules
-        hidden = first and "sympy" not in sys.modules
-        if hidden:
+        if hidden := first and "sympy" not in sys.modules:
             sys.modules["sympy"] = None  # type: ignore[assignment] # how Python marks what is absent
         try:
             import heyoka

@@ -5,8 +5,8 @@ A document is a ``Record``; its tag is the name and version under the key ``sche
     class Checked(Record, frozen=True, tag_field="schema", tag="tt_precise.check/1"):
         'What `tt-precise check FILE --scene SCENE --json` prints.'
 
-        rows: Annotated[int, Meta(description="number of rows")]
-        note: Annotated[str | Unset, Meta(description="remark")] = UNSET  # a key that may be absent
+        rows: Annotated[int, means("number of rows")]
+        note: Annotated[str | Unset, means("remark")] = UNSET  # a key that may be absent
 
     encode(Checked(rows=801))                     # text of the JSON object, indented
     load(path, Checked, "what check writes")      # a Checked, or an InputError of one line
@@ -23,15 +23,11 @@ from typing import Any, TypeVar
 from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert
 from msgspec import json as msgspec_json
 
-from tt_precise.runtime.files import of_its_form, printable
-from tt_precise.runtime.files import parse_json as parse
+from tt_precise.runtime.files import printable
 from tt_precise.runtime.files import read_json as read
 from tt_precise.runtime.values import InputError, Json
 
-__all__ = [
-    "UNSET", "Meta", "Record", "Unset", "encode", "json_schema", "load", "means", "of_its_form",
-    "parse", "read",
-]  # fmt: skip
+__all__ = ["UNSET", "Record", "Unset", "encode", "json_schema", "load", "means", "read"]
 
 Unset = UnsetType
 
@@ -53,7 +49,7 @@ def means(description: str, **bounds: Any) -> Meta:
 
 def encode(record: Record | dict[str, Json]) -> str:
     """The JSON text, indented by one space, doubles as their shortest texts."""
-    content = msgspec_json.encode(record, enc_hook=_plain)
+    content = msgspec_json.encode(record, enc_hook=lambda number: number.item())
     return msgspec_json.format(content, indent=1).decode("utf-8") + "\n"
 
 
@@ -81,13 +77,9 @@ def record_of(content: Json, kind: type[Document], origin: str, what: str) -> Do
     Raises ``InputError``: they have another schema, or a value has the wrong type.
     """
     config = kind.__struct_config__
-    if config.tag is not None:
-        got = content.get(config.tag_field) if isinstance(content, dict) else None
-        if got != config.tag:
-            raise InputError(
-                f"{origin}: got {config.tag_field} {str(got)[:60]!r}, "
-                f"expected {config.tag!r}, {what}"
-            )
+    got = content.get(config.tag_field) if isinstance(content, dict) else None
+    if config.tag not in (None, got):
+        raise InputError(f"{origin}: got {got!r:.60}, expected {config.tag!r}, {what}")
     try:
         return convert(content, kind)
     except ValidationError as error:
@@ -106,7 +98,3 @@ def json_schema(kind: type[Record]) -> dict[str, Json]:
     rest = {"$defs": definitions} if definitions else {}
     dialect = "https://json-schema.org/draft/2020-12/schema"
     return {"$schema": dialect, **own, "title": title, **rest}
-
-
-def _plain(value: Json) -> Json:
-    return value.item()

@@ -5,15 +5,18 @@ from __future__ import annotations
 import importlib
 import io
 import json
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tt_precise.runtime.files import replacing
 from tt_precise.runtime.values import Array, InputError
 
+if TYPE_CHECKING:
+    import pandas
+
 Table = Mapping[str, Array]
+MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers: a table of ten million rows.
 
 
 class Format(NamedTuple):
@@ -64,18 +67,10 @@ def format_of(path: str | Path) -> Format:
     return FORMATS[suffix]
 
 
-def _parquet(path: Path, table: Table) -> None:
-    import pyarrow.parquet
+def _frame(table: Table) -> pandas.DataFrame:
+    import pandas
 
-    pyarrow.parquet.write_table(needed("pyarrow").table(_lists(table)), path)
-
-
-def _feather(path: Path, table: Table) -> None:
-    import pyarrow.feather
-
-    pyarrow.feather.write_feather(
-        needed("pyarrow").table(_lists(table)), str(path), compression="uncompressed"
-    )
+    return pandas.DataFrame(table)
 
 
 def _hdf5(path: Path, table: Table) -> None:
@@ -83,16 +78,24 @@ def _hdf5(path: Path, table: Table) -> None:
     # In memory first: where a disk is full, HDF5 itself ends the process with a segmentation fault.
     content = io.BytesIO()
     with h5py.File(content, "w") as file:
-        for name, column in table.items():
-            if any(isinstance(value, str) for value in column):
-                file.create_dataset(name, data=[v or "" for v in column], dtype=h5py.string_dtype())
+        for name, column in _frame(table).items():
+            if column.dtype.kind == "f":
+                file[name] = column
             else:
-                file[name] = [math.nan if value is None else value for value in column]
+                file.create_dataset(name, data=[*column.fillna("")], dtype=h5py.string_dtype())
     path.write_bytes(content.getbuffer())
 
 
-def _lists(table: Table) -> dict[str, list[Any]]:
-    return {name: list(column) for name, column in table.items()}
+CSV = Format(lambda path, table: path.write_text(as_csv(table), "utf-8"))
+FORMATS = {
+    "": CSV, ".csv": CSV,
+    ".json": Format(lambda path, table: path.write_text(json.dumps(table), "utf-8")),
+    ".parquet": Format(lambda path, table: _frame(table).to_parquet(path), "pyarrow"),
+    ".arrow": Format(
+        lambda path, table: _frame(table).to_feather(path, compression="uncompressed"), "pyarrow"
+    ),
+    ".h5": Format(_hdf5, "h5py"),
+}  # fmt: skip
 
 
 def needed(package: str) -> Any:
@@ -109,37 +112,20 @@ def needed(package: str) -> Any:
         ) from None
 
 
-MOST_BYTES = 2_000_000_000  # Bytes of text, or of numbers: a table of ten million rows.
-
-
 def too_large(what: str) -> str:
     """The error message for a file beyond ``MOST_BYTES``."""
     return f"more than {MOST_BYTES // 10**9} GB of {what}, expected a trajectory of less"
-
-
-CSV = Format(lambda path, table: path.write_text(as_csv(table), "utf-8"))
-FORMATS = {
-    "": CSV, ".csv": CSV,
-    ".json": Format(lambda path, table: path.write_text(json.dumps(_lists(table)), "utf-8")),
-    ".parquet": Format(_parquet, "pyarrow"),
-    ".arrow": Format(_feather, "pyarrow"), ".h5": Format(_hdf5, "h5py"),
-}  # fmt: skip
 
 
 def as_html(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[str] = ()) -> str:
     """A table in HTML: in each row a name and its values, under optional ``heads``."""
     from html import escape  # here, because every scene imports this
 
-    left = 'style="text-align:left"'
-    head = "".join(f"<th {left}>{escape(name)}</th>" for name in heads)
-    body = "".join(
-        f"<tr><th {left}>{escape(str(name))}</th>"
-        + "".join(f"<td {left}>{escape(str(value))}</td>" for value in values)
-        + "</tr>"
-        for name, *values in rows
-    )
-    return (
-        f"<table><caption {left}>{escape(caption)}</caption>"
-        + (f"<thead><tr>{head}</tr></thead>" if head else "")
-        + f"<tbody>{body}</tbody></table>"
-    )
+    def cells(tag: str, values: Iterable[object]) -> str:
+        return "".join(
+            f'<{tag} style="text-align:left">{escape(str(value))}</{tag}>' for value in values
+        )
+
+    head = f"<thead><tr>{cells('th', heads)}</tr></thead>" if heads else ""
+    body = "".join(f"<tr>{cells('th', row[:1])}{cells('td', row[1:])}</tr>" for row in rows)
+    return f"<table>{cells('caption', [caption])}{head}<tbody>{body}</tbody></table>"

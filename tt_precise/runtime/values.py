@@ -37,13 +37,6 @@ Array: TypeAlias = Any
 Functions: TypeAlias = Any
 """The functions of one arithmetic, such as ``sqrt`` and ``sin``: a module or an mpmath context."""
 
-StateOfAny: TypeAlias = Any
-"""A state of any formulation: a named tuple of scalars."""
-
-
-# The likeness from which difflib proposes a name; its own 0.6 proposes too many.
-ALIKE = 0.65
-
 
 def listed(names: str | Iterable[str]) -> tuple[str, ...]:
     """Return names given as separate texts, or as one text with commas."""
@@ -58,7 +51,8 @@ def nearest(name: str, names: Iterable[str]) -> str:
     """Return the name in ``names`` that resembles ``name``; "" if there is none."""
     import difflib  # for a wrong name only
 
-    return next(iter(difflib.get_close_matches(name, list(names), n=1, cutoff=ALIKE)), "")
+    near = difflib.get_close_matches(name, list(names), n=1, cutoff=0.65)  # 0.6 proposes too many
+    return near[0] if near else ""
 
 
 def wrong_name(

@@ -4,8 +4,7 @@
         for call, result in pool.perform(work, calls):
             ...
 
-A process that dies or exceeds a time limit fails only its own calls. A bounded number of calls is
-in flight, so ``calls`` may be an endless generator.
+A process that dies fails only its own calls.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ import threading
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sized
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 from tt_precise.runtime.process import in_a_process_of_ours
@@ -35,12 +33,10 @@ class Call:
 
     Calls of a list with the same ``group`` are one task: they run one after the other in one
     process and may share results (``functools.cache``); a process that dies fails all of them.
-    ``limit_s`` is a time limit on this machine's worker processes.
     """
 
     key: Any
     arguments: tuple[Any, ...]
-    limit_s: float | None = None
     group: Hashable = None
 
 
@@ -58,7 +54,7 @@ class Failure:
 
 
 class WorkerDiedError(RuntimeError):
-    """The process of a task ended; the message has its exit status."""
+    """The process of a task ended, or the executor has cancelled the task."""
 
 
 class Inline(Executor):
@@ -71,83 +67,49 @@ class Inline(Executor):
         return future
 
 
-class Processes(Executor):
-    """Spawned processes of this machine; a forked one would inherit heyoka's compiled code."""
-
-    def __init__(self, workers: int, recycle_after: int = 0):
-        from pebble import ProcessPool
-
-        context = multiprocessing.get_context("spawn")
-        self._pool = ProcessPool(workers, recycle_after, _begin, context=context)
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Put a task at the end of the queue; once begun, it may take ``limit_s``."""
-        return self._pool.schedule(fn, args, timeout=kwargs.get("limit_s"))
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes when their tasks are done, or at once."""
-        if cancel_futures:
-            self._pool.stop()
-        else:
-            self._pool.close()
-        if wait:
-            self._pool.join()
-
-
 class Pool:
-    """An executor with ``size()`` workers.
+    """An executor, the number of its workers, and a function that ends it.
 
-    As a context manager it ends the processes that it has started (at once after an exception, such
-    as an interruption) and calls ``leave``. It leaves somebody else's executor running.
+    As a context manager it calls ``end`` with True after an exception, such as an interruption.
     """
 
     def __init__(
         self,
         executor: Executor,
         size: Callable[[], int],
-        leave: Callable[[], object] = lambda: None,
+        end: Callable[[bool], object] = lambda failed: None,
     ):
-        self.executor, self.size, self._leave = executor, size, leave
+        self.executor, self.size, self._end = executor, size, end
 
     def __enter__(self) -> Pool:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if isinstance(self.executor, Processes):
-            self.executor.shutdown(cancel_futures=error is not None)
-        self._leave()
+    def __exit__(self, kind: object, *_: object) -> None:
+        self._end(kind is not None)
 
     def perform(
         self, work: Callable[..., Any], calls: Iterable[Call], progress: Progress = silent
     ) -> Iterator[tuple[Call, Any]]:
         """Yield each call with the result of ``work(*call.arguments)``, or its ``Failure``.
 
-        A worker must be able to import ``work``. Of a list of calls ``progress`` gets the completed
-        fraction.
-
-        Raises ``InputError``: the executor has cancelled a task.
+        A worker must be able to import ``work``. A bounded number of calls is in flight, so
+        ``calls`` may be an endless generator; of a list ``progress`` gets the completed fraction.
         """
         tasks, performed = _tasks(calls), 0
         running: dict[Future[Any], list[Call]] = {}
+        # a task that runs inline is done as soon as it is submitted
+        inline = isinstance(self.executor, Inline)
         try:
             while True:
-                # a task that runs inline is done as soon as it is submitted
-                inline = isinstance(self.executor, Inline)
                 room = 1 if inline else IN_FLIGHT_EACH * self.size()
                 for task in itertools.islice(tasks, max(0, room - len(running))):
-                    running[self._submit(work, task)] = task
+                    every = [call.arguments for call in task]
+                    running[self.executor.submit(_all_of, work, every)] = task
                 if not running:
                     return
-                done = wait(running, return_when=FIRST_COMPLETED).done
-                # successes first: a caller who stops at a failure has all that there is
-                for future in sorted(done, key=_failed):
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
                     task = running.pop(future)
-                    for call, result in zip(task, _results(future, task), strict=True):
+                    for call, result in zip(task, _results(future, len(task)), strict=True):
                         yield call, result
                         performed += 1
                         if isinstance(calls, Sized):
@@ -155,13 +117,6 @@ class Pool:
         finally:
             for future in running:
                 future.cancel()
-
-    def _submit(self, work: Callable[..., Any], task: list[Call]) -> Future[Any]:
-        every = [call.arguments for call in task]
-        limits = [call.limit_s for call in task if call.limit_s is not None]
-        if limits and isinstance(self.executor, Processes):
-            return self.executor.submit(_all_of, work, every, limit_s=sum(limits))
-        return self.executor.submit(_all_of, work, every)
 
 
 def _tasks(calls: Iterable[Call]) -> Iterator[list[Call]]:
@@ -187,43 +142,19 @@ def _all_of(work: Callable[..., Any], every: Iterable[tuple[Any, ...]]) -> list[
     return results
 
 
-def _failed(future: Future[Any]) -> bool:
-    return future.cancelled() or future.exception() is not None
-
-
-def _results(future: Future[Any], task: list[Call]) -> list[Any]:
+def _results(future: Future[Any], count: int) -> list[Any]:
+    """Return the results of a task, or ``count`` failures."""
+    error: BaseException | None
     try:
-        results: list[Any] = future.result()
-        return results
+        error = future.exception()
     except CancelledError:
-        expected = "expected one that keeps working"
-        raise InputError(f"executor: got a task that it has cancelled, {expected}") from None
-    except Exception as error:  # other tasks continue after any error
-        return [Failure(_worker_error(error))] * len(task)
-
-
-def _worker_error(error: Exception) -> Exception:
-    """Return the error of a task whose process ended or was ended, from pebble's exception."""
-    if type(error).__name__ == "ProcessExpired":
-        return WorkerDiedError(f"worker process ended, exit status {getattr(error, 'exitcode', 0)}")
-    if error.args[:1] == ("Task timeout",):
-        return TimeoutError(f"stopped after {error.args[1]:g} s without an answer")
-    return error
-
-
-def _begin() -> None:
-    """Prepare a worker process, which ends with its parent and takes its own children along."""
-    os.setsid()
-    signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
-    threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
-    in_a_process_of_ours()
-
-
-def _follow() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os.killpg(0, signal.SIGKILL)
+        error = WorkerDiedError("the executor has cancelled the task")
+    if type(error).__name__ == "ProcessExpired":  # of pebble, imported where processes are used
+        error = WorkerDiedError(
+            f"worker process ended, exit status {getattr(error, 'exitcode', 0)}"
+        )
+    results: list[Any] = [Failure(error)] * count if error else future.result()
+    return results
 
 
 def cores() -> int:
@@ -244,7 +175,21 @@ def local_pool(workers: int | None = None, *, inline: bool = True, recycle_after
     number = whole_number(cores() if workers is None else workers, "workers", 1, most)
     if number == 1 and inline:
         return Pool(Inline(), lambda: 1)
-    return Pool(Processes(number, recycle_after), lambda: number)
+    from pebble import ProcessPool
+
+    # a forked process would inherit heyoka's compiled code
+    context = multiprocessing.get_context("spawn")
+    processes = ProcessPool(number, recycle_after, _begin, context=context)
+
+    def end(failed: bool) -> None:
+        (processes.stop if failed else processes.close)()
+        processes.join()
+
+    class Processes(Executor):
+        def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+            return processes.schedule(fn, args)
+
+    return Pool(Processes(), lambda: number, end)
 
 
 def dask_pool(address: str) -> Pool:
@@ -268,4 +213,19 @@ def dask_pool(address: str) -> Pool:
         return max(1, sum(client.nthreads().values()))
 
     # pure=False: two equal calls are two calls; dask itself repeats those of a worker that died
-    return Pool(client.get_executor(pure=False), size, leave=client.close)
+    return Pool(client.get_executor(pure=False), size, lambda failed: client.close())
+
+
+def _begin() -> None:
+    """Prepare a worker process, which ends with its parent and takes its own children along."""
+    os.setsid()
+    signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
+    threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
+    in_a_process_of_ours()
+
+
+def _follow() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os.killpg(0, signal.SIGKILL)
