@@ -10,6 +10,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
+from tests.conftest import more
 from tests.nonsmooth.conftest import edited, final
 from tt_precise import golden
 from tt_precise.integration import Trajectory
@@ -64,6 +65,15 @@ def test_the_top_sticks_once_and_slips_once(trajectory: Trajectory) -> None:
     assert [float(t) for t in joints(trajectory)] == [one.end for one in pieces[:-1]]
     counts = trajectory.event_counts
     assert (counts["stick"], counts["slip"]) == (1, 1)
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double", more("quad")])
+def test_noise_where_slipping_begins_is_no_extremum(precision: str) -> None:
+    """Right after rest rounding hides the direction of the slip, and no extremum."""
+    names = ("extremum:g_n", "extremum:tau_x")
+    run = tt.integrate(NAME, precision, events=names)
+    assert [run.event_counts[name] for name in names] == [8, 5]
+    assert run.unresolved == ()
 
 
 # found 15.8 and 14.5 digits, in quad 32.4 and 32.2: slipping multiplies what sticking leaves

@@ -127,9 +127,12 @@ class Segment:
         elif inner.any():
             for component, values in zip(row, self.inside(times[inner], numbers), strict=True):
                 component[inner] = values
-        for here, state in ((last, self.end_row), (first, self._first_row(numbers))):
+        for here, bound in (
+            (last, lambda: self.end_row),
+            (first, lambda: self._first_row(numbers)),
+        ):
             if here.any():
-                for component, value in zip(row, state, strict=True):
+                for component, value in zip(row, bound(), strict=True):
                     component[here] = numbers.number(value)
         return row if delay is None else shifted(self.setup, self.start, row, delay, numbers)
 

@@ -310,10 +310,9 @@ class _Block:
         return not (self.zeros._continued or self.steps.begin[0])
 
     @property
-    def _narrowest(self) -> float:
-        """The width of an interval, in steps, whose shape the rounding of positions leaves."""
-        latest = len(self.zeros.events) * (self.count + 1.0)
-        return float(4 * numpy.spacing(latest) / SHAPE)
+    def _after_rest(self) -> bool:
+        """True if the steps are the series of an onset, where the contact point was at rest."""
+        return self.zeros._continued and self.count == 1 and not self.steps.begin[0]
 
     def _located(self, position: Array) -> tuple[Array, Array, Array]:
         """Return function, step and position in the step of positions of all functions."""
@@ -324,25 +323,30 @@ class _Block:
 
     # ---- values and errors ----------------------------------------------------------------------
 
-    def _values(self, position: Array) -> Array:
-        """Evaluate functions in double; the positions of a row belong to one step."""
-        if len(position) > MOST_INTERVALS:
-            halves = position[:MOST_INTERVALS], position[MOST_INTERVALS:]
-            return numpy.concatenate(list(map(self._values, halves)))
-        which, step, inside = self._located(position)
-        if position.ndim > 1:  # the last position may be the end of the step
-            inside += step - step[:, :1]
-            which, step = numpy.broadcast_to(which[:, :1], which.shape), step[:, 0]
+    def _values(self, which: Array, step: Array, inside: Array) -> Array:
+        """Evaluate functions in double, at a position or a row of positions in each step."""
         row = self.steps.inside(step, inside)
-        return self.zeros.of_each(which, row, DOUBLES)
+        return self.zeros.of_each(which.reshape(-1, *(1,) * (inside.ndim - 1)), row, DOUBLES)
 
-    def _exact_values(self, position: Array) -> Array:
+    def _exact_values(self, which: Array, step: Array, inside: Array) -> Array:
         """Evaluate functions in the arithmetic of the run; return doubles."""
-        which, step, inside = (x.ravel() for x in self._located(position))
-        numbers = self.zeros._numbers
-        times = self.steps.times(step, numbers.array(inside.tolist()))
+        numbers, count = self.zeros._numbers, inside.size // max(len(inside), 1)
+        which, step = numpy.repeat(which, count), numpy.repeat(step, count)
+        times = self.steps.times(step, numbers.array(inside.ravel().tolist()))
         value = self.zeros.of_each(which, self.steps.evaluate(step, times, numbers), numbers)
-        return value.astype(float).reshape(position.shape)
+        return value.astype(float).reshape(inside.shape)
+
+    def _at_nodes(
+        self, evaluate: Callable[[Array, Array, Array], Array], begin: Array, width: Array
+    ) -> Array:
+        """Evaluate functions at the nodes of intervals: axes (node, interval)."""
+        if len(begin) > MOST_INTERVALS:
+            parts = (slice(0, MOST_INTERVALS), slice(MOST_INTERVALS, None))
+            return numpy.concatenate(
+                [self._at_nodes(evaluate, begin[part], width[part]) for part in parts], axis=1
+            )
+        which, step, inside = self._located(begin)
+        return evaluate(which, step, inside[:, None] + width[:, None] * nodes(NODES)).T
 
     def _measure_errors(self, row: Array) -> None:
         """Compute the errors of the functions on each step: ``doubt`` of doubles; see ``error``.
@@ -413,8 +417,8 @@ class _Block:
         which = numpy.flatnonzero(undefined.any(axis=(0, 2)))
         for i in which.tolist():
             node, step = numpy.argwhere(undefined[:, i])[0]
-            at = numpy.array([i * (self.count + 1.0) + step + nodes(NODES)[node]])
-            if not (zeros._wide and numpy.isfinite(self._exact_values(at)).all()):
+            at = numpy.array([i]), numpy.array([step]), nodes(NODES)[[node]]
+            if not (zeros._wide and numpy.isfinite(self._exact_values(*at)).all()):
                 raise zeros.broken(which.tolist(), float(self.steps.begin[step]))
 
     # ---- points between which signs are compared ------------------------------------------------
@@ -445,9 +449,6 @@ class _Block:
         for halving in range(BISECTIONS + 1):
             if not len(begin):
                 break
-            if self.zeros._continued and self.count == 1 and total > MOST_AT_REST:
-                self.zeros._unresolved |= set(self._located(begin)[0].tolist())
-                break
             begin, values, width, error = self._divide(
                 begin, values, width, error, points, intervals, halving == BISECTIONS
             )
@@ -463,15 +464,13 @@ class _Block:
         """
         _, step, inside = self._located(begin)
         last = min(BISECTIONS, self.zeros.setup.precision.bits // 4 - 2)
-        last = min(last, int(-math.log2(self._narrowest)))
         bounds = numpy.append(0.0, 2.0 ** -numpy.arange(float(last), -1.0, -1.0))
         count = numpy.where((step == 0) & (inside == 0), last + 1, 1)
         number = numpy.concatenate([numpy.arange(n) for n in count]) if len(count) else count
         begin, error, split = (numpy.repeat(x, count) for x in (begin, error, count > 1))
         width = numpy.where(split, bounds[number + 1] - bounds[number], 1.0)
         begin = begin + numpy.where(split, bounds[number], 0.0)
-        values = self._values(begin[:, None] + width[:, None] * nodes(NODES)).T
-        return begin, width, error, values
+        return begin, width, error, self._at_nodes(self._values, begin, width)
 
     def _divide(
         self, begin: Array, values: Array, width: Array, error: Array, points: list[Points],
@@ -482,17 +481,15 @@ class _Block:
         The points are the extrema, and the bounds between the intervals of a step.
         """
         which, step, inside = self._located(begin)
-        doubt, largest = error.copy(), abs(values).max(axis=0, initial=0)
+        doubt, largest = error.copy(), numpy.fmax.reduce(abs(values), initial=0)
         small = numpy.flatnonzero(~(largest > error / SHAPE))
         if self.zeros._wide and len(small):
-            at = begin[small, None] + width[small, None] * nodes(NODES)
-            values[:, small] = self._exact_values(at).T
+            values[:, small] = self._at_nodes(self._exact_values, begin[small], width[small])
             error[small] = self.error[which[small], step[small]]
-            largest = abs(values).max(axis=0, initial=0)
+            largest = numpy.fmax.reduce(abs(values), initial=0)
         polynomials = through(values, self.zeros._bent[which])
         # where noise exceeds the function there is nothing to divide
         shaped = (polynomials.tail <= numpy.fmax(SHAPE * largest, error)) | last
-        shaped |= width <= self._narrowest
         shaped |= ~numpy.isfinite(values).any(axis=0)
         kept = Polynomials(*(x[..., shaped] for x in polynomials))
         intervals.append(Intervals(begin[shaped], width[shaped], kept.monomials))
@@ -507,29 +504,31 @@ class _Block:
             reach = width[of]
             if self.zeros._wide and self._exact_start:  # below the resolution, see _towards_start
                 reach = numpy.where(begin[of] % (self.count + 1), reach, 0.0)
-            points.append(Points(position, self._values(position), doubt[of], reach))
+            value = self._values(*self._located(position))
+            points.append(Points(position, value, doubt[of], reach))
         begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
         middle = self._errors_inside(begin + width)
         # where errors exceed the function it may be undefined, which is asked later
-        error = numpy.where(middle <= largest, numpy.fmax(error, middle), error)
+        known = (middle <= largest) | self._after_rest
+        error = numpy.where(known, numpy.fmax(error, middle), error)
         begin, width = numpy.concatenate([begin, begin + width]), numpy.tile(width, 2)
-        values = self._values(begin[:, None] + width[:, None] * nodes(NODES)).T
+        values = self._at_nodes(self._values, begin, width)
         return begin, values, width, numpy.tile(error, 2)
 
     def _brackets(self, which: Array, points: Points) -> SignChanges:
         """Return the brackets of zeros between points, with decided signs."""
         zeros, (position, value, error, reach) = self.zeros, points
-        _, step, _ = self._located(position)
+        _, step, inside = self._located(position)
         unsure = numpy.flatnonzero(~(abs(value) > error))
         if zeros._wide and len(unsure):
             still = unsure[reach[unsure] == 0]
             if len(still):
-                value[still] = self._exact_values(position[still])
+                value[still] = self._exact_values(which[still], step[still], inside[still])
             turning = unsure[reach[unsure] > 0]
             if len(turning):
                 self._turn(points, which, turning)
-            inside = self._errors_inside(position[unsure], wide=True)
-            error[unsure] = numpy.fmax(self.error[which[unsure], step[unsure]], inside)
+            within = self._errors_inside(position[unsure], wide=True)
+            error[unsure] = numpy.fmax(self.error[which[unsure], step[unsure]], within)
             position, value, error, reach = _in_order([points])
             which, _, _ = self._located(position)
         if self._exact_start:
