@@ -14,7 +14,7 @@ checks that fail.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, partial
 from pathlib import Path
@@ -73,7 +73,8 @@ def right(hertz: int, amount: float = 0.0, name: str = "") -> pandas.DataFrame:
     if name in START:
         scene = scene.varied(**{name: str(Fraction(START[name]) * (1 + Fraction(amount)))})
     elif name:
-        scene = scene.perturbed(**{name: repr(amount)})
+        value = getattr(scene.body, name) * (1 + Fraction(repr(amount)))
+        scene = replace(scene, body=replace(scene.body, **{name: value}))
     run = integrate(scene, events=(), record=("phi", "psi", "x", "y"))
     return run.frame(*POSE, numbers="float")
 

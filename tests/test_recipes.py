@@ -55,7 +55,7 @@ def test_every_file_and_name_of_a_recipe_exists() -> None:
 def test_a_scene(said: Said, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = tt.load_scene("reference").text.replace('"155"', '"120"')
     (tmp_path / "invented.toml").write_text(text, "utf-8")
-    monkeypatch.setattr(scene, "_folder", lambda: tmp_path)
+    monkeypatch.setattr(scene, "SHIPPED", tmp_path)
     assert tt.load_scene("invented").start.omega_3 == 120
     assert "invented" in said("scene list")
 

@@ -25,7 +25,7 @@ def test_scaling_by_powers_of_two_changes_no_bit(half: Scene, precision: str) ->
         before, after = (r.start.units.of_dimension(r.dimension(name)) for r in (one, two))
         assert two.state.values[name] == value * float(after / before), name
     assert two.steps == one.steps
-    wrong = other.perturbed(mu="1e-15")
+    wrong = other.varied(mu=other.body.mu * (1 + Fraction("1e-15")))
     assert integrate(wrong, precision).state.theta != two.state.theta
 
 

@@ -21,9 +21,8 @@ def test_ratios_become_si_exactly() -> None:
     body, scale = top(), Fraction(2, 100) ** 3
     assert (body.I1 / scale, body.I3 / scale) == (Fraction(131, 350), Fraction(2, 5))
     assert (body.gamma, body.sigma) == (Fraction(131, 140), Fraction(5, 2))
-    assert (TippeTop("1", "2", "0.5", "3", "4", "5", "0").I1, body.in_file_units()["I1"]) == (
-        3, Fraction(131, 350),
-    )  # fmt: skip
+    assert TippeTop("1", "2", "0.5", "3", "4", "5", "0").I1 == 3
+    assert body.in_file_units()["I1"] == Fraction(131, 350)
 
 
 @pytest.mark.parametrize(
@@ -80,20 +79,16 @@ def test_numbers_in_other_units_are_refused(changes: dict[str, Any], name: str) 
         top_of({**BODY, **changes})
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {},
+def test_no_top_is_taken_for_a_mistake() -> None:
+    for changes in (
         {"I1": "0.01", "I3": "0.02"},  # nearly all mass in the middle
         {"I1": "0.9", "I3": "1"},  # a ring
         {"g": "1.62"},  # the moon
         {"m": "0.6"},  # of tungsten
         {"m": "1", "R": "1", "g": "1"},  # dimensionless
         {"m": "0.004", "R": "0.03"},  # a hollow ball
-    ],
-)
-def test_no_top_is_taken_for_a_mistake(changes: dict[str, Any]) -> None:
-    top_of({**BODY, **changes})
+    ):
+        top_of({**BODY, **changes})
 
 
 @pytest.mark.parametrize(
@@ -130,9 +125,6 @@ def test_the_tables_of_a_body_make_the_same_body(friction: Any, contact: Any) ->
     assert plain.source == {}
     again = dict(plain.tables())
     assert top_of(**again)[0] == body
-    assert plain.numbers(float).numbers_by_name == pytest.approx(
-        {name: float(value) for name, value in body.numbers_by_name.items()}, rel=0
-    )
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from fractions import Fraction
 from typing import Any
@@ -28,19 +29,14 @@ def test_the_unit_of_each_entry_is_one_that_is_read(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "number"),
     [
-        ("m", "15 g", Fraction(3, 200)),
-        ("R", "1.4cm", Fraction(7, 500)),
-        ("g", "981 cm/s^2", Fraction(981, 100)),
-        ("omega_3", "180 deg/s", exact("pi")),
-        ("omega_3", "30 rpm", exact("pi")),
-        ("until", "500 ms", Fraction(1, 2)),
-        ("alpha", "4 mm", Fraction(4, 17)),
-        ("alpha", "4/17", Fraction(4, 17)),
+        ("m", "15 g", Fraction(3, 200)), ("R", "1.4cm", Fraction(7, 500)),
+        ("g", "981 cm/s^2", Fraction(981, 100)), ("until", "500 ms", Fraction(1, 2)),
+        ("omega_3", "180 deg/s", exact("pi")), ("omega_3", "30 rpm", exact("pi")),
+        ("alpha", "4 mm", Fraction(4, 17)), ("alpha", "4/17", Fraction(4, 17)),
         ("I1", "1200 g mm^2", Fraction("1.2e-6") / (BODY["m"] * BODY["R"] ** 2)),
-        ("stiffness", "12 N/mm", 12000),
-        ("mu", "0.3 s/m", Fraction(3, 10)),
+        ("stiffness", "12 N/mm", 12000), ("mu", "0.3 s/m", Fraction(3, 10)),
     ],
-)
+)  # fmt: skip
 def test_a_value_is_read_in_the_unit_of_its_entry(name: str, value: str, number: Fraction) -> None:
     assert written(value, name, body=BODY) == number
 
@@ -63,10 +59,9 @@ def test_a_value_is_read_in_the_unit_of_its_entry(name: str, value: str, number:
 def test_a_unit_of_another_dimension_is_refused_by_name(
     name: str, value: str, expected: str
 ) -> None:
-    with pytest.raises(InputError, match=f"{name}: got '{value.replace('^', '.')}', .*"):
+    with pytest.raises(InputError, match=re.escape(f"{name}: got '{value}', ")) as refusal:
         written(value, name)
-    with pytest.raises(InputError, match=expected.replace("^", ".")):
-        written(value, name)
+    assert expected in str(refusal.value)
 
 
 @pytest.mark.parametrize(
@@ -78,25 +73,13 @@ def test_a_number_outside_its_range_is_refused(name: str, value: str, range_: st
         ENTRIES[name].require(name, exact(value))
 
 
-@pytest.mark.parametrize(
-    ("names", "sizes", "sentence"),
-    [
-        (["m"], [], "m varied at fixed I1 (m R^2), I3 (m R^2)"),
-        (["R", "I3"], ["I1"], "R varied at fixed alpha (R), I1 (kg m^2)"),
-        (["mu", "theta"], [], ""),
-    ],
-)
-def test_the_sentence_about_kept_entries(names: list[str], sizes: list[str], sentence: str) -> None:
-    assert kept_fixed(names, sizes) == sentence
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [("0.02", "0.02"), ("131/350", "131/350"), ("1e-400", "1e-400"), ("2", "2"),
-     ("0.1234567", "about 0.123457")],
-)  # fmt: skip
-def test_a_number_is_shown_briefly(value: str, text: str) -> None:
-    assert brief(exact(value)) == text
+def test_entries_that_stay_and_short_numbers() -> None:
+    assert kept_fixed(["m"], []) == "m varied at fixed I1 (m R^2), I3 (m R^2)"
+    assert kept_fixed(["R", "I3"], ["I1"]) == "R varied at fixed alpha (R), I1 (kg m^2)"
+    assert kept_fixed(["mu", "theta"], []) == ""
+    for value in ("0.02", "131/350", "1e-400", "2"):
+        assert brief(exact(value)) == value
+    assert brief(exact("0.1234567")) == "about 0.123457"
 
 
 def test_a_new_file_is_a_valid_scene_with_the_entries_of_the_table() -> None:

@@ -59,9 +59,8 @@ def test_reference_is_the_papers() -> None:
     assert scene.body.gamma == Fraction(131, 140)
     assert scene.start == Start(theta="0.1", omega_3="155")  # type: ignore[arg-type]
     assert (float(scene.until), scene.model) == (8, "gliding")
-    assert load_scene("phi-dot-195").start.phi_dot == 195
-    assert load_scene("inverted").start.theta == Inclination(Fraction(0), from_pi=True)
     assert (scene.sample_every, scene.record, scene.events) == (Fraction(1, 100), (), ())
+    assert load_scene("inverted").start.theta == Inclination(Fraction(0), from_pi=True)
 
 
 @pytest.mark.parametrize(
@@ -132,17 +131,11 @@ def test_a_file_is_read_as_the_shipped_scene(tmp_path: Path) -> None:
     assert load_scene(mine) is mine
 
 
-@pytest.mark.parametrize(
-    ("scene", "message"),
-    [
-        ("regularized-1e-2", "did you mean 'regularised-1e-2'"),
-        ({"model": "gliding"}, "scene: got {.*, expected a name, a path or a Scene"),
-        (3, "scene: got 3, expected a name"),
-    ],
-)
-def test_a_wrong_scene_is_refused(scene: Any, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        load_scene(scene)
+def test_a_wrong_scene_is_refused() -> None:
+    with pytest.raises(InputError, match="did you mean 'regularised-1e-2'"):
+        load_scene("regularized-1e-2")
+    with pytest.raises(InputError, match=r"scene: got {.*, expected a name, a path or a Scene"):
+        load_scene({"model": "gliding"})  # type: ignore[arg-type]
 
 
 def test_python_takes_the_tables_of_a_file() -> None:
@@ -151,10 +144,6 @@ def test_python_takes_the_tables_of_a_file() -> None:
         Scene.of(**tables(), bodies={})
     with pytest.raises(InputError, match=r"run: got 3, expected a table \[run\]"):
         Scene.of(**{**tables(), "run": 3})
-    with pytest.raises(InputError, match=r"body: got {.*, expected a TippeTop"):
-        dataclasses.replace(parsed(), body={"m": "1"})  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="start: got 'upright', expected a Start or its entries"):
-        dataclasses.replace(parsed(), start="upright")  # type: ignore[arg-type]
 
 
 def test_lists_become_tuples() -> None:
@@ -174,20 +163,18 @@ def test_sample_times_are_exact_and_end_at_the_end() -> None:
 @pytest.mark.parametrize(
     ("changes", "body"),
     [
-        ({}, {}),
-        ({"I1": "0.37", "phi_dot": "-30", "until": "2"}, {"I1": "0.37"}),
-        ({"m": "25 g"}, {"m": "0.025"}),
+        ({}, {}), ({"I1": "0.37"}, {"I1": "0.37"}), ({"m": "25 g"}, {"m": "0.025"}),
         ({"m": "0.05", "R": "0.03", "I3": "0.5"}, {"m": "0.05", "R": "0.03", "I3": "0.5"}),
         ({"alpha": "4 mm", "R": "17 mm"}, {"alpha": "4/17", "R": "0.017"}),
         ({"I1": "3000 g mm^2"}, {"I1": "3/8"}),
     ],
-)
+)  # fmt: skip
 def test_a_varied_scene_is_that_of_its_file(changes: dict[str, str], body: dict[str, str]) -> None:
     content = tables(**body)
-    for name in ("start", "run"):
-        own = {key: value for key, value in changes.items() if key in ("phi_dot", "until")}
-        content[name] |= {k: v for k, v in own.items() if (k == "until") == (name == "run")}
-    assert parsed().varied(**changes) == Scene.of(name="top", **content)
+    content["start"]["phi_dot"] = "-30"
+    content["run"]["until"] = "2"
+    varied = parsed().varied(**changes, phi_dot="-30", until="2")
+    assert varied == Scene.of(name="top", **content)
 
 
 @pytest.mark.parametrize("name", ["reference", "stribeck", "coulomb-gliding"])
@@ -247,7 +234,6 @@ def test_every_type_of_number_is_read_as_its_decimal(value: Any) -> None:
     reference = load_scene("reference")
     assert reference.varied(until=value, theta=value, mu=value).start.theta.offset == tenth
     assert reference.varied(m=value, R=value).body.m == tenth
-    assert reference.perturbed(alpha=value).body.alpha == reference.body.alpha * Fraction(11, 10)
     assert Scene.of(**{**tables(), "run": {"until": value}}).until == tenth
 
 
@@ -257,7 +243,7 @@ def test_a_printed_scene_has_its_changes() -> None:
         "<Scene reference with psi_dot = 150, phi_dot = 7/3, R = 18 mm: gliding, viscous friction, "
         "theta 0.1 rad, omega_3 152.322 rad/s, until 8 s>"
     )
-    assert "I1 0.374286 m R^2" in repr(scene.body)
+    assert "I1 131/350 m R^2" in repr(scene.body)
     assert len(repr(load_scene("elastic-hunt-crossley").body)) < 220
 
 
@@ -276,35 +262,19 @@ def test_a_notebook_shows_every_number_with_its_unit() -> None:
     assert max(map(len, cells)) < 60
 
 
-def test_a_perturbed_scene_is_off_by_relative_sizes() -> None:
-    reference = load_scene("reference")
-    off = reference.perturbed(m="1e-9", omega_3="-1/2")
-    assert off.body.m == reference.body.m * (1 + Fraction(1, 10**9))
-    assert off.body.I1 == reference.body.I1
-    assert off.start.omega_3 == reference.start.omega_3 / 2
+@pytest.mark.parametrize("name", ["beta", "epsilon", "stiffness"])
+def test_an_entry_that_the_scene_does_not_have_cannot_be_varied(name: str) -> None:
+    with pytest.raises(InputError, match=rf"varied: got '{name}', expected one of: I1, "):
+        load_scene("reference").varied(**{name: "1"})
 
 
-@pytest.mark.parametrize(
-    ("way", "name"), [("varied", "beta"), ("perturbed", "beta"), ("perturbed", "theta"),
-                      ("varied", "epsilon"), ("varied", "stiffness")],
-)  # fmt: skip
-def test_an_entry_that_the_scene_does_not_have_cannot_be_varied(way: str, name: str) -> None:
-    with pytest.raises(InputError, match=rf"{way}: got '{name}', expected one of: I1, "):
-        getattr(load_scene("reference"), way)(**{name: "1"})
-
-
-@pytest.mark.parametrize("glides", [{"nu_y": "1e-300"}, {"at_rest": "centre of mass"}])
-def test_rolling_does_not_glide(glides: dict[str, str]) -> None:
-    with pytest.raises(InputError, match="got a contact point that glides"):
-        load_scene("rolling").varied(**glides)
-
-
-def test_the_same_top_rolls() -> None:
+def test_the_same_top_rolls_and_does_not_glide() -> None:
     reference = load_scene("reference")
     rolling = reference.varied(model="rolling")
-    assert (rolling.model, rolling.body, rolling.start) == (
-        "rolling", reference.body, reference.start,
-    )  # fmt: skip
+    assert (rolling.body, rolling.start) == (reference.body, reference.start)
+    for glides in ({"nu_y": "1e-300"}, {"at_rest": "centre of mass"}):
+        with pytest.raises(InputError, match="got a contact point that glides"):
+            rolling.varied(**glides)
     with pytest.raises(InputError, match=r"model: got 'rollin', .*did you mean 'rolling'"):
         reference.varied(model="rollin")
 

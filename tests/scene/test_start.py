@@ -38,11 +38,9 @@ def test_equal_starts_written_differently_are_equal(given: dict[str, Any]) -> No
     assert start(**given) == Start(Inclination(Fraction(1, 10)), Fraction(155))
 
 
-@pytest.mark.parametrize(
-    ("text", "same"), [("180 deg", "pi"), ("pi/1", "pi"), ("0 deg", "0"), ("90 deg", "pi/2")]
-)
-def test_degrees_and_shares_of_pi(text: str, same: str) -> None:
-    assert Inclination.parse(text) == Inclination.parse(same)
+def test_degrees_and_shares_of_pi() -> None:
+    for text, same in {"180 deg": "pi", "pi/1": "pi", "0 deg": "0", "90 deg": "pi/2"}.items():
+        assert Inclination.parse(text) == Inclination.parse(same)
 
 
 @pytest.mark.parametrize(
@@ -76,15 +74,8 @@ def test_inclination_is_accurate_beside_the_poles(text: str) -> None:
     assert abs(finer.mpf(cosine) - finer.cos(theta)) <= bound_eps * 3 * work.eps
     radians = angle.radians(work, lambda value: to_mpmath(value, work))
     assert abs(finer.mpf(radians) - theta) <= bound_eps * 3 * work.eps
-
-
-def test_the_sine_of_a_rounded_theta_has_no_digit() -> None:
-    """The control of the test above: theta rounded first."""
-    work = mpmath.MPContext()
-    work.dps = 30
-    angle = Inclination.parse("pi - 1e-40")
-    naive = work.sin(angle.radians(work, lambda value: to_mpmath(value, work)))
-    assert abs(naive / work.mpf("1e-40") - 1) > 1
+    if text.endswith(f"{10**300}"):  # the control: the sine of a rounded theta has no digit
+        assert abs(work.sin(radians) / sine - 1) > 1
 
 
 def test_psi_dot_to_a_hundred_digits() -> None:
@@ -92,9 +83,6 @@ def test_psi_dot_to_a_hundred_digits() -> None:
     expected = 150 + MP.mpf(7) / 3 * MP.cos(MP.mpf(1) / 10)
     error = abs(MP.mpf(omega_3.numerator) / omega_3.denominator / expected - 1)
     assert 0 < error < MP.mpf(10) ** -99
-
-
-def test_the_run_begins_with_the_psi_dot_of_the_scene() -> None:
     scene = REFERENCE.varied(psi_dot="150", phi_dot="-12", until="0")
     assert integrate(scene).frame("psi_dot")["psi_dot"][0] == pytest.approx(150, abs=1e-12)
 
@@ -139,13 +127,7 @@ def test_wrong_entries_are_refused(given: dict[str, Any], message: str) -> None:
 
 def test_derived_entries_follow_a_varied_one() -> None:
     scene = REFERENCE.varied(psi_dot="150", at_rest="centre of mass")
-    assert dict(scene.derived_from).keys() == {
-        "theta",
-        "theta_dot",
-        "phi_dot",
-        "psi_dot",
-        "at_rest",
-    }
+    assert {*scene.derived_from} == {"theta", "theta_dot", "phi_dot", "psi_dot", "at_rest"}
     moved = scene.varied(phi_dot="10")
     expected = 150 + 10 * MP.cos(MP.mpf(1) / 10)
     assert float(moved.start.omega_3) == pytest.approx(float(expected), abs=1e-12)
@@ -154,17 +136,14 @@ def test_derived_entries_follow_a_varied_one() -> None:
     assert scene.varied(R="0.03").start.nu_y == pytest.approx(1.5 * float(scene.start.nu_y))
 
 
-@pytest.mark.parametrize(("changed", "kept"), [("nu_x", "nu_y"), ("nu_y", "nu_x")])
-def test_one_gliding_velocity_is_varied_alone(changed: str, kept: str) -> None:
+def test_one_gliding_velocity_is_varied_alone() -> None:
     """In a start at rest, too, the other component keeps the value that was computed."""
     scene = REFERENCE.varied(theta_dot="3", phi_dot="-5", at_rest="centre of mass")
-    moved = scene.varied(**{changed: "0.01"})
-    assert getattr(moved.start, changed) == Fraction(1, 100)
-    assert getattr(moved.start, kept) == getattr(scene.start, kept) != 0
+    moved = scene.varied(nu_x="0.01")
+    assert moved.start.nu_x == Fraction(1, 100)
+    assert moved.start.nu_y == scene.start.nu_y != 0
     assert moved.varied(phi_dot="7").start.nu_x == moved.start.nu_x
-
-
-def test_a_replaced_start_forgets_the_entries_of_the_file() -> None:
+    # a replaced start forgets the entries of the file
     scene = REFERENCE.varied(psi_dot="150", phi_dot="10")
     plain = replace(scene, start=start(**PLAIN))
     assert plain.varied(phi_dot="3").start == start(**PLAIN, phi_dot="3")

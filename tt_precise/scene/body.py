@@ -61,21 +61,22 @@ class TippeTop(Parameters):
         return within_doubles(written(value, name, unit=unit), name)
 
     def __repr__(self) -> str:
-        numbers = ", ".join(
-            f"{name} {float(value):.6g} {unit_of(name, self.friction, self.spring)}".rstrip()
-            for name, value in self.in_file_units().items()
-        )
+        numbers = ", ".join(f"{name} {text}" for name, text in self.texts().items())
         table = f", {self.spring} table" if self.spring else ""
         return f"<TippeTop: {numbers}; {self.law} friction{table}>"
 
+    def texts(self) -> dict[str, str]:
+        """Return the numbers in the units of a scene file, as short texts with these units."""
+        units = {name: unit_of(name, self.friction, self.spring) for name in self.numbers_by_name}
+        values = self.in_file_units().items()
+        return {name: f"{brief(value)} {units[name]}".rstrip() for name, value in values}
+
     @classmethod
-    def from_ratios(cls, **given: Any) -> TippeTop:
-        """Return a body with I1 and I3 in units of m R^2, from its numbers and other fields."""
-        law = given.get("friction", VISCOUS)
-        further = tuple(given.pop(name) for name in law.further) or given.pop("further", ())
-        scale = written(given["m"], "m") * written(given["R"], "R") ** 2
-        ratios = {name: written(given[name], name) * scale for name in ("I1", "I3")}
-        return cls(**{**given, **ratios, "further": further})
+    def from_ratios(cls, friction: Law = VISCOUS, spring: str = "", **numbers: Any) -> TippeTop:
+        """Return a body from its numbers by name, with I1 and I3 in units of m R^2."""
+        scale = written(numbers["m"], "m") * written(numbers["R"], "R") ** 2
+        moments = {name: written(numbers[name], name) * scale for name in ("I1", "I3")}
+        return of_numbers({**numbers, **moments}, friction, spring, cls)
 
     def in_file_units(self) -> dict[str, Fraction]:
         """Return the numbers by name in the units of a scene file: I1 and I3 in m R^2."""
@@ -92,14 +93,14 @@ class TippeTop(Parameters):
         """Return the tables [body], [friction] and [contact] of a file, as written if known."""
         if self.source:
             return {name: dict(table) for name, table in self.source.items()}
-        numbers = self.in_file_units()
-        contact = {name: numbers.pop(name) for name in ("stiffness", "damping") if self.spring}
-        tables: dict[str, dict[str, Any]] = {"body": {n: numbers.pop(n) for n in NAMES}}
+        tables: dict[str, dict[str, Any]] = {"body": {}}
         if self.friction is not VISCOUS:
-            mu = {"mu": tables["body"].pop("mu")}
-            tables["friction"] = {"law": self.law, **mu, **numbers}
+            tables["friction"] = {"law": self.law}
         if self.spring:
-            tables["contact"] = {"law": "compliant", "force": self.spring, **contact}
+            tables["contact"] = {"law": "compliant", "force": self.spring}
+        for name, value in self.in_file_units().items():
+            table = "friction" if name == "mu" and "friction" in tables else ENTRIES[name].table
+            tables[table][name] = value
         return tables
 
     def dimensionless(self, fn: Functions, convert: Callable[[Fraction], Scalar]) -> Parameters:

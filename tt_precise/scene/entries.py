@@ -174,11 +174,6 @@ def numbers_of_body(given: Mapping[str, Json]) -> dict[str, Fraction]:
     return numbers
 
 
-def sizes_of(given: Mapping[str, Json]) -> frozenset[str]:
-    """Return the ratios of a table [body] that are given by a size, kept where m or R vary."""
-    return frozenset(name for name in RATIOS if name in given and number_of(given[name], name)[1])
-
-
 def kept_fixed(names: Iterable[str], sizes: Collection[str]) -> str:
     """Return the sentence about the ratios or sizes that stay while ``names`` vary, or "".
 

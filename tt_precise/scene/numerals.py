@@ -55,7 +55,7 @@ class WithPi(NamedTuple):
             return self.plain
         value = self.plain + self.of_pi * PI
         with decimal.localcontext(prec=IRRATIONAL_DIGITS):
-            return Fraction(decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator))
+            return Fraction(decimal.Decimal(value.numerator) / value.denominator)
 
 
 Dimension = tuple[Fraction, ...]  # powers of kg, m, s and rad
@@ -95,17 +95,9 @@ def unit_named(text: str) -> tuple[WithPi, Dimension]:
                 factor *= WithPi(scale.plain ** math.floor(power))
                 radicand *= scale.plain if power.denominator == 2 else 1
             dimension = [a + power * b for a, b in zip(dimension, powers, strict=True)]
-    return factor * WithPi(_root(radicand)), tuple(dimension)
-
-
-def _root(value: Fraction) -> Fraction:
-    """Return the square root, rounded to ``IRRATIONAL_DIGITS`` digits if it is irrational."""
-    root = Fraction(math.isqrt(value.numerator), math.isqrt(value.denominator))
-    if root * root == value:
-        return root
     with decimal.localcontext(prec=IRRATIONAL_DIGITS):
-        ratio = decimal.Decimal(value.numerator) / decimal.Decimal(value.denominator)
-        return Fraction(ratio.sqrt())
+        root = (decimal.Decimal(radicand.numerator) / radicand.denominator).sqrt()
+    return factor * WithPi(Fraction(root)), tuple(dimension)
 
 
 def exact(value: Any, what: str = "number") -> Fraction:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
-from tt_precise.scene.entries import ENTRIES, number_of, require_keys, written
+from tt_precise.scene.entries import ENTRIES, brief, number_of, require_keys, written
 from tt_precise.scene.numerals import PI, as_fraction, exact, to_mpmath, within_doubles
 
 # Alternatives to omega_3, and to nu_x and nu_y.
@@ -73,10 +73,13 @@ class Inclination(NamedTuple):
         offset = float(self.offset)
         return math.pi - offset if self.from_pi else offset
 
+    def text(self, number: Callable[[Fraction], str] = str) -> str:
+        """Return the inclination with its distance from the nearer pole as text."""
+        offset = number(self.offset)
+        return offset if not self.from_pi else "pi" if self.at_pole else f"pi - {offset}"
+
     def __str__(self) -> str:
-        if not self.from_pi:
-            return str(self.offset)
-        return "pi" if self.at_pole else f"pi - {self.offset}"
+        return self.text()
 
 
 @dataclass(frozen=True)
@@ -103,11 +106,37 @@ class Start:
         """Return the components by name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
+    def texts(self) -> dict[str, str]:
+        """Return the components as short texts with their units."""
+        return {
+            name: f"{self.theta.text(brief) if name == 'theta' else brief(value)} "
+            f"{ENTRIES[name].unit}"
+            for name, value in self.components().items()
+        }
+
     @property
     def source(self) -> Mapping[str, Json]:
         """The entries of a file from which the start was read, as written; or none."""
         table: Mapping[str, Json] = vars(self).get("_source", {})
         return table
+
+    @property
+    def derived(self) -> bool:
+        """True if components were computed from psi_dot or at_rest."""
+        return bool(self.source.keys() & {PSI_DOT, AT_REST})
+
+    def at_rest(self, body: TippeTop) -> str:
+        """Return the point at rest: "contact point", "centre of mass", "" for neither.
+
+        A centre of mass counts as at rest if its speed is below 1e-6 of its speed with the contact
+        point at rest, because nu_y may be rounded.
+        """
+        if not (self.nu_x or self.nu_y):
+            return CONTACT_POINT
+        rest = _with_centre_at_rest(self, body)
+        speeds = [abs(rest.nu_x), abs(rest.nu_y)]
+        apart = [abs(rest.nu_x - self.nu_x), abs(rest.nu_y - self.nu_y)]
+        return CENTRE_OF_MASS if max(apart) * 10**6 < max(speeds) else ""
 
     def table_with(self, changes: Mapping[str, Json]) -> dict[str, Any]:
         """Return the entries of the table [start] after some have been changed.
