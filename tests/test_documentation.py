@@ -16,37 +16,38 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 import pytest
 
 import tt_precise
-from tests.conftest import Printed, more
-from tests.test_schemas import SLOW
+from tests.conftest import more
 from tt_precise import cli
 from tt_precise.scene.scene import parse_scene
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
 DOCUMENTS = sorted([README, *(ROOT / "docs").rglob("*.md")], key=str)
+OUTSIDE = [ROOT / name for name in ("CONTRIBUTING.md", "SECURITY.md", "reference_data/README.md")]
 # Texts whose commands only have to exist; {NAME} in a message stands for a scene.
 TEXTS = [
     *(ROOT / "docs/tutorials").glob("*.md"),
-    *(ROOT / name for name in ("CONTRIBUTING.md", "SECURITY.md", "reference_data/README.md")),
-    *(ROOT / "tt_precise").rglob("*.py"),
-    *(ROOT / "tt_precise").rglob("*.md"),
+    *OUTSIDE,
+    *(path for path in (ROOT / "tt_precise").rglob("*") if path.suffix in (".py", ".md")),
     *(path for path in (ROOT / "examples").rglob("*") if path.is_file()),
 ]
 # From ten seconds to minutes: their words are checked, but they run under the marker slow only.
 LONG = (
-    "report", "golden build", "golden verify", "golden certify", "sweep",
-    "tradeoff", "extremes", "engines",
+    "tt-precise report", "tt-precise golden build", "tt-precise golden verify",
+    "tt-precise golden certify", "tt-precise sweep", "tt-precise tradeoff", "tt-precise extremes",
+    "tt-precise engines", "tt_precise.certify", "sweep(", "animate(",
 )  # fmt: skip
 # Pages whose examples take seconds; `make smoke` runs the first as well.
 DEAR = ("docs/start.md", "docs/howto/digits.md")
-LONG_PYTHON = ("tt_precise.certify", "sweep(", "animate(")
 PRINTED = re.compile(r"#\s+(?:[\w /,]+: )?(.+?)(\.\.\.)?$")
 FENCE = re.compile(r"^```(\w+|\{code-block\} \w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CAPTION = re.compile(r":caption: (\S+)\n\n?(.*)", re.DOTALL)
@@ -54,54 +55,33 @@ INLINE = re.compile(r"`(tt-precise [a-z][^`]*)`")
 TYPED = re.compile(r"^(?:.*&& | *)(tt-precise [a-z][^|>]*?)(?: \*/|')?(?= *(?:\||>|$))")
 STATUS = re.compile(r"#\s*exit status (\d)")
 
-
-class Block(NamedTuple):
-    """A fenced block: language, text, the line on which it starts, the headings before it."""
-
-    language: str
-    text: str
-    line: int
-    section: int
-
-
-def blocks(text: str) -> list[Block]:
-    return [
-        Block(found[1], found[2], before.count("\n") + 2, before.count("\n## "))
-        for found in FENCE.finditer(text)
-        for before in (text[: found.start()],)
-    ]
-
-
-def commands(block: Block) -> list[tuple[str, str]]:
-    """Each command of a console block, with what it is said to print."""
-    first, *typed = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
-    assert not first, f"line {block.line}: expected a line that starts with '$ '"
-    return [(command, output) for command, _, output in (piece.partition("\n") for piece in typed)]
+# An example: its text, what runs it, and what only looks whether it could run.
+Example = tuple[str, Callable[[], object], Callable[[], object]]
 
 
 def run_python(text: str, names: dict[str, Any]) -> None:
-    """Run a block and hold the comments behind its ``print`` to what they say."""
+    """Run a block and compare the comments behind its ``print`` with what is printed."""
     if re.search(r"^def test_", text, re.MULTILINE):
         Path("test_block.py").write_text(text, "utf-8")
-        return run_command("pytest -q -p no:cacheprovider test_block.py", "")
+        return run_command("pytest -q -p no:cacheprovider test_block.py")
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         exec(compile(text, "example", "exec"), names)
     prints = [line for line in text.splitlines() if line.startswith("print(")]
     for line, output in zip(prints, printed.getvalue().splitlines(), strict=True):
-        if found := PRINTED.search(line):
-            assert (output[: len(found[1])] if found[2] else output) == found[1], line
+        if comment := PRINTED.search(line):
+            assert (output[: len(comment[1])] if comment[2] else output) == comment[1], line
     return None
 
 
-def run_command(command: str, expected: str) -> None:
-    """Run a command, which must end with the status that is said, and print what is said."""
-    said = STATUS.search(command)
+def run_command(command: str, expected: str = "") -> None:
+    """Run a command; compare its exit status and output with the page."""
+    status = STATUS.search(command)
     program, *arguments = shlex.split(command, comments=True)
     assert program in ("tt-precise", "python", "pytest"), command
     if program == "tt-precise":
         with contextlib.redirect_stdout(io.StringIO()) as out:
-            status, printed = cli.main(arguments), out.getvalue()
+            code, printed = cli.main(arguments), out.getvalue()
     else:
         words = [sys.executable, *(("-m", "pytest") if program == "pytest" else ()), *arguments]
         # the package under test, wherever the example runs
@@ -111,8 +91,8 @@ def run_command(command: str, expected: str) -> None:
             words, capture_output=True, text=True, check=False,
             env=os.environ | {"PYTHONPATH": paths},
         )  # fmt: skip
-        status, printed = done.returncode, done.stdout + done.stderr
-    assert status == (int(said[1]) if said else 0), f"{command}\n{printed}"
+        code, printed = done.returncode, done.stdout + done.stderr
+    assert code == (int(status[1]) if status else 0), f"{command}\n{printed}"
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
     if expected.strip():
         assert doctest.OutputChecker().check_output(expected, printed, flags), printed
@@ -124,38 +104,45 @@ def check_words(command: str, *, partly: bool = False) -> None:
     ``partly`` allows arguments to be left out, as in a sentence.
     """
     _, *arguments = shlex.split(command, comments=True)
-    found: click.Command = cli.group
-    while isinstance(found, click.Group) and arguments:
-        context = click.Context(found)
-        if found.name == "sweep" and arguments[0] not in found.list_commands(context):
+    called: click.Command = cli.group
+    while isinstance(called, click.Group) and arguments:
+        context = click.Context(called)
+        if called.name == "sweep" and arguments[0] not in called.list_commands(context):
             arguments.insert(0, "run")  # `sweep SCENE` is `sweep run SCENE`
         name, *arguments = arguments
-        found = found.get_command(context, name) or pytest.fail(f"{command}: no such command")
+        called = called.get_command(context, name) or pytest.fail(f"{command}: no such command")
     # a command keeps the help option of whoever asks it first, so it is asked as it is called
     whole = click.Context(cli.group, **cli.group.context_settings)
     words = [word for word in arguments if word != "--help"]
     try:
-        found.make_context(found.name, words, parent=whole)
+        called.make_context(called.name, words, parent=whole)
     except (click.MissingParameter, click.exceptions.NoArgsIsHelpError):
         if not partly:
             raise
 
 
-def write(block: Block) -> bool:
-    """Write a file with a caption; and read it, which perhaps only a long example does."""
-    file = CAPTION.match(block.text)
-    if file is None:
-        return False
-    name = file[1]
-    Path(name).write_text(file[2], "utf-8")
-    if name.endswith(".toml"):
-        tt_precise.load_scene(name)
-    return True
+def write_file(text: str) -> None:
+    """Write a file with a caption, and read a scene, which perhaps only a long example does."""
+    if file := CAPTION.match(text):
+        Path(file[1]).write_text(file[2], "utf-8")
+        if file[1].endswith(".toml"):
+            tt_precise.load_scene(file[1])
 
 
-def is_long(text: str) -> bool:
-    words = (*LONG_PYTHON, *(f"tt-precise {words}" for words in LONG))
-    return any(one in text for one in words)
+def examples(language: str, text: str, names: dict[str, Any]) -> Iterator[Example]:
+    """The examples of a fenced block."""
+    if language.startswith("{code-block}"):
+        yield "", partial(write_file, text), partial(write_file, text)
+    elif language == "python":
+        yield text, partial(run_python, text, names), partial(compile, text, "example", "exec")
+    elif language == "console":
+        for example in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+            command, _, expected = example.partition("\n")
+            yield command, partial(run_command, command, expected), partial(check_words, command)
+    elif language == "shell":
+        for line in text.replace("\\\n", " ").splitlines():
+            if line.startswith("tt-precise "):
+                yield line, partial(check_words, line), partial(check_words, line)
 
 
 def prose(text: str) -> str:
@@ -164,40 +151,22 @@ def prose(text: str) -> str:
 
 
 def run_all(text: str, *, long: bool) -> int:
-    """Run all blocks in the present folder; how many examples there were."""
+    """Run all examples of a page in the present folder; return their number."""
     if "file_format: mystnb" in text:
         pytest.skip("a tutorial: the build of the site runs it (make docs)")
     count = 0
     names: dict[str, Any] = {}
-    waiting, section = False, 0  # what follows a long example, up to a heading, may need it
-    for block in blocks(text):
-        waiting, section = waiting and block.section == section, block.section
-        if block.language.startswith("{code-block}"):
-            count += write(block)
-        elif block.language == "python":
-            waiting = waiting or is_long(block.text)
-            if long or not waiting:
-                run_python(block.text, names)
-            else:
-                compile(block.text, "example", "exec")
-            count += 1
-        elif block.language == "console":
-            for command, expected in commands(block):
-                waiting = waiting or is_long(command)
-                if waiting and not long:
-                    check_words(command)
-                else:
-                    run_command(command, expected)
+    for section in re.split(r"^(?=## )", text, flags=re.MULTILINE):
+        waiting = False  # the rest of a section may need what a long example makes
+        for block in FENCE.finditer(section):
+            for example, run, look in examples(block[1], block[2], names):
+                waiting = waiting or any(word in example for word in LONG)
+                (look if waiting and not long else run)()
                 count += 1
-        elif block.language == "shell":
-            for line in block.text.replace("\\\n", " ").splitlines():
-                if line.startswith("tt-precise "):
-                    check_words(line)
-                    count += 1
-    inline = INLINE.findall(prose(text))
-    for found in inline:
-        check_words(" ".join(found.split()), partly=True)
-    return count + len(inline)
+    for command in INLINE.findall(prose(text)):
+        check_words(" ".join(command.split()), partly=True)
+        count += 1
+    return count
 
 
 @pytest.fixture(autouse=True)
@@ -232,12 +201,7 @@ def test_the_commands_of_readme_run_without_extras() -> None:
     """Also the commands in sentences and in tables, in their order."""
     text = README.read_text("utf-8")
     lines = [" ".join(line.split()) for line in INLINE.findall(prose(text))]
-    lines += [
-        command
-        for block in blocks(text)
-        if block.language == "console"
-        for command, _ in commands(block)
-    ]
+    lines += re.findall(r"^\$ (.*)$", text, re.MULTILINE)
     assert len(lines) > 12
     for line in lines:
         program, *words = shlex.split(line, comments=True)
@@ -249,32 +213,26 @@ def test_the_commands_of_readme_run_without_extras() -> None:
 
 
 def test_the_scene_in_readme_is_the_reference() -> None:
-    (block,) = (one for one in blocks(README.read_text("utf-8")) if one.language == "toml")
-    scene = parse_scene(block.text, "readme", "README.md")
-    reference = tt_precise.load_scene("reference")
-    for part in ("model", "body", "start", "until", "sample_every"):
-        assert getattr(scene, part) == getattr(reference, part), part
+    (text,) = re.findall(r"^```toml\n(.*?)^```$", README.read_text("utf-8"), re.M | re.S)
+    scene, reference = parse_scene(text, "readme", "README.md"), tt_precise.load_scene("reference")
+    for name in ("model", "body", "start", "until", "sample_every"):
+        assert getattr(scene, name) == getattr(reference, name), name
 
 
-def test_make_targets_exist() -> None:
+def test_make_targets_and_files_that_texts_name_exist() -> None:
+    """The build of the site follows the links of its own pages."""
     targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE)
-    named = set(re.findall(r"\bmake ([a-z]+)\b", README.read_text("utf-8"))) - {"each", "it"}
-    assert {"report", "test"} <= named <= set(targets)
-
-
-def test_links_lead_somewhere() -> None:
-    for path in DOCUMENTS:
-        links = re.findall(r"\]\(([^)#]+)\)", prose(path.read_text("utf-8")))
-        inside = [link for link in links if "://" not in link]
-        assert path != README or len(inside) > 3
-        assert [link for link in inside if not (path.parent / link).exists()] == [], path
+    named = re.findall(r"\bmake ([a-z]+)\b", README.read_text("utf-8"))
+    assert {"report", "test"} <= set(named) <= set(targets)
+    for path in (README, *OUTSIDE):
+        links = re.findall(r"\]\(([^)#:]+)[)#]", prose(path.read_text("utf-8")))
+        assert [link for link in links if not (path.parent / link).exists()] == [], path
 
 
 def test_the_engine_of_the_tutorial_is_the_example() -> None:
     """The tutorial writes it, so that it works without a checkout."""
     page = (ROOT / "docs/tutorials/limits.md").read_text("utf-8")
     assert f"%%writefile engine.py\n{(ROOT / 'examples/engine.py').read_text('utf-8')}```" in page
-    assert "parents[1]" not in page
 
 
 def test_commands_that_texts_name_exist() -> None:
@@ -285,35 +243,3 @@ def test_commands_that_texts_name_exist() -> None:
                     check_words(re.sub(r"\{[^}]*\}", "reference", command), partly=True)
                 except click.ClickException as error:
                     pytest.fail(f"{path}: {command}: {error.format_message()}")
-
-
-def test_commands_of_the_slow_schemas_and_of_the_hook_exist() -> None:
-    for (words, _), *_ in SLOW.values():
-        check_words(f"tt-precise {words} --json")
-    hook = (ROOT / "examples/ci/pre-commit-config.yaml").read_text("utf-8")
-    (command,) = re.findall(r"tt-precise check [^'|>\n]+", hook)
-    check_words(command)
-
-
-ENDS = {"inverted": "approaches the inverted spin", "undecided": "undecided"}
-
-
-@pytest.mark.evidence
-def test_the_table_of_friction_coefficients_has_what_run_prints(printed: Printed) -> None:
-    page = (ROOT / "docs/howto/scene.md").read_text("utf-8")
-    (mine,) = (one.text for one in blocks(page) if "caption: mytop.toml" in one.text)
-    rows = re.findall(r"^\| ([\d.]+) \| (.+? at) ([\d.]+) s \| (.*?) ?\| (.*?) ?\|$", page, re.M)
-    assert len(rows) == 7
-    for mu, what, t, end, smallest in rows:
-        Path("top.toml").write_text(
-            re.sub(r'^mu = "0.5"', f'mu = "{mu}"', mine.partition("toml\n\n")[2], flags=re.M)
-        )
-        found = printed("run top.toml --until 60", status=int(what != "passed at"))
-        if what == "passed at":
-            moment, force = found["times"]["equator"], float(found["forces"]["min_g_n"])
-            assert end == ENDS[found["end"]]
-            assert f"{force:#.3g} N" == smallest
-        else:
-            assert (what, end, smallest) == ("contact is lost at", "", "")
-            moment = found["times"]["contact_lost"]
-        assert f"{float(moment):.{len(t.partition('.')[2])}f}" == t
