@@ -2,8 +2,9 @@
 
 import ast
 import re
+from collections.abc import Collection
 from functools import cache
-from graphlib import CycleError, TopologicalSorter
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -24,77 +25,66 @@ def rows_of_the_map() -> list[list[str]]:
     return [[cell.strip() for cell in row.split("|")[1:-1]] for row in rows if row.startswith("| ")]
 
 
-def drawn() -> list[str]:
+def order() -> list[str]:
     """Places of CONTRIBUTING's map, in its order: from what all stands on to what a user types."""
-    cells = [row[0] for row in rows_of_the_map() if row[0].startswith("`")]
-    return [
-        place.rstrip("/").removesuffix(".py") for cell in cells for place in PLACE.findall(cell)
-    ]
-
-
-def modules(package: Path) -> dict[str, Path]:
-    """Dotted name of each module below the package, and its file."""
-    found = {}
-    for file in package.rglob("*.py"):
-        parts = file.relative_to(package.parent).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
-    return found
-
-
-def imported(name: str, file: Path, known: dict[str, Path]) -> set[str]:
-    """The modules of ``known`` that a file imports, anywhere in its text."""
-    found = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            # a name that is no module lies in the module it is taken from
-            parts = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= {part if part in known else node.module for part in parts}
-        elif isinstance(node, ast.ImportFrom) and node.level:
-            raise AssertionError(f"{name}: relative import, expected absolute ones")
-    return {one for one in found if one in known and one != name}
+    places = [place for row in rows_of_the_map() for place in PLACE.findall(row[0])]
+    return [place.rstrip("/").removesuffix(".py") for place in places]
 
 
 @cache
-def arrows() -> dict[str, set[str]]:
-    known = modules(PACKAGE)
-    return {name: imported(name, file, known) for name, file in known.items()}
+def modules() -> dict[str, Path]:
+    """Dotted name of each module of the package, and its file."""
+    files = {}
+    for file in PACKAGE.rglob("*.py"):
+        *folders, name = file.relative_to(PACKAGE.parent).with_suffix("").parts
+        files[".".join(folders if name == "__init__" else (*folders, name))] = file
+    return files
 
 
-def place(name: str) -> str:
-    """The folder, or the file of the top folder, that a module lies in."""
-    return name.split(".")[1]
+def imports(text: str, names: Collection[str]) -> set[str]:
+    """The modules, of those with these names, that a text imports."""
+    imported = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            imported |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            # a name that is no module lies in the module it is taken from
+            qualified = {f"{node.module}.{alias.name}" for alias in node.names}
+            imported |= {name if name in names else str(node.module) for name in qualified}
+    return imported & {*names}
 
 
-def upward(graph: dict[str, set[str]], order: list[str]) -> list[str]:
-    """The imports that run against the order; the package's own ``__init__`` hands out names."""
+@cache
+def graph() -> dict[str, set[str]]:
+    """The modules that each module of the package imports."""
+    names = modules()
+    return {name: imports(file.read_text(), names) - {name} for name, file in names.items()}
+
+
+def upward(graph: dict[str, set[str]]) -> list[str]:
+    """The imports that run against the map; the package's own ``__init__`` hands out names."""
+    places = {place: index for index, place in enumerate(order())}
     return sorted(
         f"{name} -> {other}"
         for name, others in graph.items()
         for other in others
-        if "." in name and order.index(place(other)) > order.index(place(name))
+        if "." in name and places[other.split(".")[1]] > places[name.split(".")[1]]
     )
 
 
-def circle(graph: dict[str, set[str]]) -> list[str]:
-    """A circle of files, if there is one."""
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError as error:
-        return list(error.args[1])
-    return []
-
-
 def test_no_folder_imports_one_further_down() -> None:
-    graph = arrows()
-    assert len(graph) > 150
-    assert {place(name) for name in graph if "." in name} <= set(drawn())
-    assert upward(graph, drawn()) == []
+    assert len(graph()) > 150
+    assert upward(graph()) == []
+    low, high = "small.mechanics.a", "small.scene.b"
+    assert upward({high: {low}}) == []
+    assert upward({low: {high}}) == [f"{low} -> {high}"]
+    for indent in ("", "if True:\n    ", "def late():\n    "):
+        for text in ("from small.scene import b", "from small.scene.b import f", f"import {high}"):
+            assert imports(indent + text, [high, "small.scene"]) == {high}
 
 
 def test_no_circle_of_files() -> None:
-    assert circle(arrows()) == []
+    assert list(TopologicalSorter(graph()).static_order())
 
 
 # on these no number rests
@@ -111,14 +101,13 @@ NO_NUMBERS = {
 
 def missing(places: tuple[str, ...]) -> set[str]:
     """Return imports, indirect ones too, that are neither in ``places`` nor without numbers."""
-    graph, files = arrows(), modules(PACKAGE)
-    roots = [PACKAGE / place for place in places]
-    own = {name for name, file in files.items() if {file, *file.parents} & {*roots}}
+    roots, files = {PACKAGE / place for place in places}, modules()
+    own = {name for name, file in files.items() if {file, *file.parents} & roots}
     assert all(root.exists() for root in roots)
-    assert set(files) >= NO_NUMBERS
-    reached, ahead = set(own), [*own]
+    assert {*files} >= NO_NUMBERS
+    reached, ahead = {*own}, [*own]
     while ahead:
-        further = graph[ahead.pop()] - reached - NO_NUMBERS
+        further = graph()[ahead.pop()] - reached - NO_NUMBERS
         reached |= further
         ahead += further
     return reached - own
@@ -128,17 +117,6 @@ def missing(places: tuple[str, ...]) -> set[str]:
 def test_results_are_kept_beside_the_hash_of_all_that_they_rest_on(places: tuple[str, ...]) -> None:
     assert missing(places) == set()
     assert missing(tuple(place for place in places if place != "taylor")) != set()
-
-
-def test_an_arrow_that_runs_up_and_a_circle_are_found(tmp_path: Path) -> None:
-    low, high = "small.mechanics.a", "small.scene.b"
-    order = drawn()
-    assert upward({high: {low}}, order) == circle({high: {low}}) == []
-    assert upward({low: {high}}, order) == [f"{low} -> {high}"]
-    assert set(circle({low: {high}, high: {low}})) == {low, high}
-    for indent in ("", "if True:\n    ", "def late():\n    "):
-        (tmp_path / "a.py").write_text(f"{indent}from small.scene import b\n")
-        assert imported(low, tmp_path / "a.py", {high: tmp_path}) == {high}
 
 
 def lines_of(*paths: Path) -> int:
@@ -178,7 +156,7 @@ def test_no_place_has_more_lines_than_the_map_allows() -> None:
     assert above_the_map(PACKAGE, Path(__file__).parent, rows) == []
     *places, whole = rows
     assert whole[0] == "whole"
-    assert len(modules(PACKAGE)) <= count(whole[1].partition(" in ")[2])
+    assert len(modules()) <= count(whole[1].partition(" in ")[2])
     # a number that rises takes its lines from another
     for column in (1, 2):
         assert sum(count(row[column]) for row in places) <= count(whole[column])
@@ -202,11 +180,7 @@ def test_a_place_above_its_number_is_found(tmp_path: Path) -> None:
 
 
 def test_no_file_is_long() -> None:
-    lengths = {
-        name: len(file.read_text(encoding="utf-8").splitlines())
-        for name, file in modules(PACKAGE).items()
-    }
-    assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}
+    assert [name for name, file in modules().items() if lines_of(file) > LONGEST] == []
 
 
 # Modules without a test file of their own name: where their tests are, and why.
@@ -229,25 +203,13 @@ TESTED_ELSEWHERE = {
 }  # fmt: skip
 
 
-def untested(package: Path, tests: Path) -> set[str]:
-    """The modules without a test file of their name in the folder of tests of the same name."""
-    own = (file.relative_to(package) for file in modules(package).values())
-    return {
-        str(module) for module in own
-        if module.name != "__init__.py"
-        and not (tests / module.parent / f"test_{module.name}").is_file()
-    }  # fmt: skip
-
-
 def test_every_module_has_a_test_file_of_its_name() -> None:
     tests = Path(__file__).parent
-    assert untested(PACKAGE, tests) == set(TESTED_ELSEWHERE)
+    untested = {
+        str(module)
+        for module in (file.relative_to(PACKAGE) for file in modules().values())
+        if module.name != "__init__.py"
+        and not (tests / module.parent / f"test_{module.name}").is_file()
+    }
+    assert untested == set(TESTED_ELSEWHERE)
     assert [name for name in TESTED_ELSEWHERE.values() if not (tests / name).is_file()] == []
-
-
-def test_a_module_without_a_test_file_is_found(tmp_path: Path) -> None:
-    package, tests = tmp_path / "small", tmp_path / "tests"
-    for file in (package / "a/b.py", package / "a/c.py", tests / "a/test_b.py"):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.touch()
-    assert untested(package, tests) == {"a/c.py"}

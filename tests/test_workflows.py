@@ -91,13 +91,13 @@ def test_every_input_of_the_action_reaches_the_script(said: Said, folder: Path) 
 
 def test_workflows_call_targets_that_exist() -> None:
     jobs = read(".github/workflows/checks.yml")["jobs"]
-    hooks = read(".pre-commit-config.yaml")["repos"][0]["hooks"]
-    runs = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
-    targets = re.findall(
-        r"^make (\w+)", "\n".join([*runs, *(hook["entry"] for hook in hooks)]), re.M
+    texts = "".join(
+        (ROOT / name).read_text("utf-8")
+        for name in (".github/workflows/checks.yml", ".pre-commit-config.yaml")
     )
-    assert len(targets) >= 7
-    assert set(targets) <= set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
+    targets = set(re.findall(r"\bmake (\w+)", texts))
+    assert {"lint", "types", "test", "evidence", "docs", "smoke"} <= targets
+    assert targets <= set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text("utf-8"), re.M))
     pythons = re.findall(r"Python :: (3\.\d+)", (ROOT / "pyproject.toml").read_text("utf-8"))
     assert jobs["test"]["strategy"]["matrix"]["python"] == pythons
 
@@ -107,10 +107,8 @@ def test_workflows_call_targets_that_exist() -> None:
 )
 def test_every_step_is_a_known_action_or_a_shell_that_parses(name: str) -> None:
     content, inputs = read(name), set(read("action.yml")["inputs"])
-    assert content.get("permissions") == (None if name == "action.yml" else {"contents": "read"})
     for job in (content.get("jobs") or {"action": content["runs"]}).values():
         for step in job["steps"]:
-            assert ("run" in step) != ("uses" in step), step
             if "run" in step:
                 subprocess.run(["bash", "-n", "-c", step["run"]], check=True)
             elif step["uses"].startswith("./"):

@@ -191,9 +191,7 @@ def test_sticks_and_slips_are_those_of_friction_that_is_hardly_regularised() -> 
 def test_a_wrong_term_is_not_published(
     module: ModuleType, term: str, law: str, off: str, monkeypatch: Patch
 ) -> None:
-    case = next(case for case in states.cases() if case.law == law)
-    states.expected(case)
-    case.__dict__.pop("motion")
+    case = replace(next(case for case in states.cases() if case.law == law))  # nothing cached
     original = getattr(module, term)
 
     def spoiled(*arguments: Any) -> Any:
@@ -221,25 +219,22 @@ def test_a_wrong_step_is_not_published(monkeypatch: Patch) -> None:
         list(steps.documents_of(case))
 
 
-def test_committed_files_are_as_their_schemas_and_a_file_that_was_edited_or_is_missing_is_named(
-    monkeypatch: Patch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_files_are_as_their_schemas_and_an_edited_or_missing_file_is_named(
+    monkeypatch: Patch, tmp_path: Path
 ) -> None:
     # the committed vectors in place of a minute of work
     texts = {name: (home() / "vectors" / name).read_text("utf-8") for name in made.FILES}
     monkeypatch.setattr(made, "vector_texts", lambda _: dict(texts))
     assert made.problems(home() / "vectors") == []
-    for name, text in texts.items():
+    for name in texts:
         schema = committed(f"vectors/{name.replace('.json', '.schema.json')}")
-        jsonschema.validate(json.loads(text), schema)
-        with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate({**json.loads(text), "digits": "34"}, schema)
+        jsonschema.validate(committed(f"vectors/{name}"), schema)
     assert made.main(["--folder", str(tmp_path)]) == 0
-    assert made.main(["--check", "--folder", str(tmp_path)]) == 0
     (tmp_path / "states.json").write_text(texts["states.json"].replace("7", "8", 1))
     (tmp_path / "steps.schema.json").unlink()
     assert made.main(["--check", "--folder", str(tmp_path)]) == 1
-    lines = capsys.readouterr().err.splitlines()
-    assert [line.partition(":")[0] for line in lines] == ["states.json", "steps.schema.json"]
+    names = [line.partition(":")[0] for line in made.problems(tmp_path)]
+    assert names == ["states.json", "steps.schema.json"]
 
 
 @pytest.mark.golden

@@ -39,54 +39,52 @@ def run(reader: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([*reader, str(folder)], capture_output=True, text=True, check=False)
 
 
-@pytest.fixture
-def copied(tmp_path: Path) -> Path:
-    """Copy the files of the readers to a folder of its own."""
-    for name in FILES:
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        shutil.copy(home() / name, tmp_path / name)
-    return tmp_path
-
-
-def edit_states(folder: Path, change: Callable[[Any], object]) -> None:
-    edit_json(folder / "vectors" / "states.json", change, partial(json.dumps, indent=1))
-
-
 def test_it_reads_all_and_agrees(reader: list[str]) -> None:
     done = run(reader, home())
-    states = json.loads((home() / "vectors/states.json").read_text())["cases"]
+    states = json.loads((home() / FILES[0]).read_text())["cases"]
     expected = f"{len(states)} states, 801 rows"
     assert (done.returncode, done.stdout[: len(expected)]) == (0, expected), done.stderr
 
 
-@pytest.mark.parametrize("law", [*KINDS, *JOINED])
-def test_a_wrong_force_does_not_pass(reader: list[str], copied: Path, law: str) -> None:
-    assert run(reader, copied).returncode == 0
+def edit_state(name: str, change: Callable[[Any], object], folder: Path) -> None:
+    """Change a case of the test vectors."""
 
-    def wrong(file: Any) -> None:
-        (case,) = (one for one in file["cases"] if one["name"] == f"{law}-1")
-        F, weight = case["expected"]["F"], float(case["body"]["m"]) * float(case["body"]["g"])
-        F[1] = str(float(F[1]) + 1e-11 * weight)
+    def edit(file: Any) -> None:
+        (case,) = (case for case in file["cases"] if case["name"] == name)
+        change(case)
 
-    edit_states(copied, wrong)
-    assert run(reader, copied).returncode == 1
+    edit_json(folder / FILES[0], edit, partial(json.dumps, indent=1))
+
+
+def wrong_force(case: Any) -> None:
+    force, weight = case["expected"]["F"], float(case["body"]["m"]) * float(case["body"]["g"])
+    force[1] = str(float(force[1]) + 1e-11 * weight)
 
 
 def longer_axis(folder: Path) -> None:
     edit_cell(folder / FILES[1], 802, "kz", lambda kz: str(float(kz) + 1e-14))
 
 
-@pytest.mark.parametrize(
-    "spoil",
-    [
-        lambda folder: edit_states(folder, lambda file: file["cases"][0].update(result="invalid")),
-        longer_axis,
-        *(lambda folder, name=name: (folder / name).unlink() for name in FILES),
-    ],
-    ids=["an invalid case that agrees", "an axis that is no unit vector", *FILES],
-)
+def remove(name: str, folder: Path) -> None:
+    (folder / name).unlink()
+
+
+FAULTS: dict[str, Callable[[Path], object]] = {
+    **{f"a wrong force: {law}": partial(edit_state, f"{law}-1", wrong_force)
+       for law in (*KINDS, *JOINED)},
+    "an invalid case that agrees":
+        partial(edit_state, "viscous-1", lambda case: case.update(result="invalid")),
+    "an axis that is no unit vector": longer_axis,
+    **{f"no {name}": partial(remove, name) for name in FILES},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
 def test_spoiled_and_missing_files_do_not_pass(
-    reader: list[str], copied: Path, spoil: Callable[[Path], None]
+    reader: list[str], tmp_path: Path, fault: str
 ) -> None:
-    spoil(copied)
-    assert run(reader, copied).returncode not in (0, -11)
+    for name in FILES:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(home() / name, tmp_path / name)
+    FAULTS[fault](tmp_path)
+    assert run(reader, tmp_path).returncode not in (0, -11)
