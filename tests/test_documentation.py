@@ -11,7 +11,6 @@ that name. Commands in ``shell`` blocks and within a sentence exist, with their 
 import contextlib
 import doctest
 import io
-import os
 import re
 import shlex
 import subprocess
@@ -84,13 +83,7 @@ def run_command(command: str, expected: str = "") -> None:
             code, printed = cli.main(arguments), out.getvalue()
     else:
         words = [sys.executable, *(("-m", "pytest") if program == "pytest" else ()), *arguments]
-        # the package under test, wherever the example runs
-        package = Path(str(tt_precise.__file__)).parents[1]
-        paths = os.pathsep.join(filter(None, (str(package), os.environ.get("PYTHONPATH"))))
-        done = subprocess.run(
-            words, capture_output=True, text=True, check=False,
-            env=os.environ | {"PYTHONPATH": paths},
-        )  # fmt: skip
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
         code, printed = done.returncode, done.stdout + done.stderr
     assert code == (int(status[1]) if status else 0), f"{command}\n{printed}"
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE

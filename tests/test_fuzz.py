@@ -3,7 +3,6 @@
 Seeded and short by default; ``make fuzz`` takes as long as it is given.
 """
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,7 +25,10 @@ several = pytest.mark.parametrize(
     "examples", [12, more(40), pytest.param(30_000, marks=pytest.mark.fuzz)]
 )
 
-SPECIAL = ["0", "-0", "1/0", "1e999", "1e-999", "nan", "inf", "0x1", "1_0", "", "pi"]
+SPECIAL = [
+    "0", "-0", "1/0", "1e999", "-1e999", "1e-999", "1/7" + "3" * 1500, "nan", "inf", "0x1", "1_0",
+    "", "pi",
+]  # fmt: skip
 NUMBERS = st.one_of(
     st.sampled_from(SPECIAL), st.fractions().map(str), st.decimals(allow_nan=True).map(str),
     st.text(max_size=12),
@@ -77,14 +79,6 @@ def test_scenes(examples: int) -> None:
 
     read()
     assert not refused(lambda: read_scene(TEXT))  # the control: not everything is refused
-
-
-@pytest.mark.parametrize("key", ["I1", "m", "alpha", "until", "sample_every"])
-@pytest.mark.parametrize("value", ["1e999", "-1e999", "-1/7" + "3" * 1500])
-def test_astronomical_numbers_are_reported_briefly(key: str, value: str) -> None:
-    text = re.sub(rf'^{key} = ".*"', f'{key} = "{value}"', TEXT, flags=re.MULTILINE)
-    # no sample but the first and the last is a scene like another
-    assert refused(lambda: read_scene(text)) == ((key, value) != ("sample_every", "1e999"))
 
 
 @several

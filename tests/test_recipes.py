@@ -16,7 +16,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.conftest import RATIOS, Printed, Said
+from tests.conftest import Printed, Said
 from tt_precise import cli
 from tt_precise.check import checks, formats
 from tt_precise.check.checks import CHECKS, RowCheck
@@ -98,18 +98,13 @@ def test_a_friction_law(monkeypatch: pytest.MonkeyPatch) -> None:
         functions=("sqrt",), at_rest="mu/(2 epsilon)",
     )  # fmt: skip
     monkeypatch.setitem(laws.LAWS, "half", half)
-    body = {name: value for name, value in RATIOS.items() if name != "mu"}
-    start, run = {"theta": "0.1", "omega_3": "155"}, {"until": "0.05"}
-    tops = [
-        tt.Scene.of(model="gliding", body=body, friction=friction, start=start, run=run)
-        for friction in (
-            {"law": "half", "mu": "0.4", "epsilon": "0.01"},
-            {"law": "regularised", "mu": "0.2", "epsilon": "0.01"},
-        )
-    ]
+    reference = tt.load_scene("reference").varied(until="0.05")
     for precision in ("double", "double-double"):
-        half_of, whole = (tt.integrate(top, precision).state.theta for top in tops)
-        assert half_of == pytest.approx(whole, rel=1e-13)
+        half_of, whole = (
+            tt.integrate(reference.varied(friction=friction | {"epsilon": "0.01"}), precision)
+            for friction in ({"law": "half", "mu": "0.4"}, {"law": "regularised", "mu": "0.2"})
+        )
+        assert half_of.state.theta == pytest.approx(whole.state.theta, rel=1e-13)
 
 
 def test_a_command(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:

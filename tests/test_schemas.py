@@ -10,8 +10,8 @@ from typing import Any, get_args
 import jsonschema
 import pytest
 
-from tests.conftest import Said
-from tt_precise import cli
+from tests.conftest import Patch, Printed
+from tt_precise.integration import integrate
 from tt_precise.integration.precision import KINDS
 from tt_precise.integration.solution import Status
 from tt_precise.scene.scene import MODELS
@@ -61,32 +61,22 @@ def validate(name: str, value: Any) -> None:
     jsonschema.Draft202012Validator(strict).validate(value)
 
 
-@pytest.fixture
-def document(
-    tmp_path: Path, said: Said, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> Callable[[str, int], Any]:
-    """The JSON that a command prints, in a folder with the files that it names."""
+@pytest.fixture(autouse=True)
+def _files(tmp_path: Path, monkeypatch: Patch) -> None:
+    """A folder with a right trajectory and one with an error."""
     monkeypatch.chdir(tmp_path)
-
-    def run(words: str, status: int) -> Any:
-        if ".csv" in words:
-            said("run reference --until 0.1 --out mine.csv")
-            first, *rows = Path("mine.csv").read_text("utf-8").splitlines()
-            rows[5] = rows[5].replace("9", "8", 3)
-            Path("spoiled.csv").write_text("\n".join([first, *rows]), "utf-8")
-        capsys.readouterr()
-        assert cli.main([*words.split(), "--json"]) == status  # some say on stderr where they are
-        return json.loads(capsys.readouterr().out)
-
-    return run
+    frame = integrate("reference", until="0.1").frame()
+    frame.to_csv("mine.csv", index=False)
+    frame["Lx"] *= 1.01
+    frame.to_csv("spoiled.csv", index=False)
 
 
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "sweep")) for name in OUTPUTS]
 )
-def test_what_a_command_prints(name: str, document: Callable[[str, int], Any]) -> None:
+def test_what_a_command_prints(name: str, printed: Printed) -> None:
     for words, status in OUTPUTS[name]:
-        validate(name, document(words, status))
+        validate(name, printed(words, status=status))
 
 
 @pytest.mark.parametrize("name", STORED)
@@ -127,8 +117,8 @@ SPOILT: tuple[Callable[[Any], Any], ...] = (
 )
 
 
-def test_another_object_is_refused(document: Callable[[str, int], Any]) -> None:
-    value = document("check mine.csv --scene reference", 0)
+def test_another_object_is_refused(printed: Printed) -> None:
+    value = printed("check mine.csv --scene reference")
     for spoil in SPOILT:
         other = copy.deepcopy(value)
         spoil(other)

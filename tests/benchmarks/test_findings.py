@@ -1,7 +1,6 @@
 """Findings, from a table whose answers are known."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy
@@ -9,13 +8,11 @@ import pandas
 import pytest
 
 from benchmarks.work_precision.findings import (
-    TABLE,
     Point,
     TradeoffTables,
     cost_of,
     exponent,
     findings,
-    load,
     slope,
 )
 
@@ -91,13 +88,6 @@ def test_the_findings_of_a_table_with_known_answers(
     results = {finding.name: finding.value for finding in findings(TradeoffTables(*tables))}
     for name, value in answers.items():
         assert results.get(name) == (None if value is None else pytest.approx(value, abs=1e-12))
-
-
-def test_a_table_survives_its_file(tmp_path: Path) -> None:
-    CURVES.to_csv(tmp_path / TABLE, index=False)
-    tables = load(tmp_path)
-    assert tables.long_runs is None
-    assert findings(tables) == findings(TradeoffTables(CURVES))
 
 
 # The error is cost^-2, so that an accuracy e costs e^(-1/2).

@@ -1,22 +1,10 @@
-"""Long runs: seeds, times, and the size of the errors of short ones."""
+"""Long runs: the size of the errors of short ones."""
 
 import numpy
 import pytest
 
 from benchmarks.work_precision import long_runs
 from benchmarks.work_precision.findings import GROWING
-from tt_precise.scene.scene import load_scene
-
-
-def test_times_are_log_spaced_and_seeds_repeat() -> None:
-    times = long_runs.log_spaced(1e3)
-    assert times[0] == long_runs.FIRST_S
-    assert times[-1] == pytest.approx(1e3)
-    assert len(times) == 3 * long_runs.TIMES_A_DECADE + 1
-    scene = load_scene("frictionless")
-    first, again, other = (long_runs.seeded(scene, seed) for seed in (1, 1, 2))
-    assert first == again
-    assert 0 < abs(first.start.omega_3 / other.start.omega_3 - 1) <= 2.1 * long_runs.SPREAD
 
 
 def test_short_runs_stay_within_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
