@@ -88,14 +88,9 @@ def test_no_circle_of_files() -> None:
 
 
 # on these no number rests
+TOOLS = ("cache", "player", "plotting", "process", "tables", "terminal", "workers")
 NO_NUMBERS = {
-    f"tt_precise.{name}"
-    for name in (
-        "_version", "runtime",
-        *(f"runtime.{tool}" for tool in (
-            "cache", "player", "plotting", "process", "tables", "terminal", "workers",
-        )),
-    )
+    "tt_precise._version", "tt_precise.runtime", *(f"tt_precise.runtime.{tool}" for tool in TOOLS)
 }  # fmt: skip
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from benchmarks.work_precision import long_runs, measure
 from benchmarks.work_precision.__main__ import main
-from benchmarks.work_precision.findings import GROWTH, TABLE
+from benchmarks.work_precision.findings import GROWING, GROWTH, TABLE
 from benchmarks.work_precision.heyoka_methods import OWN
 from benchmarks.work_precision.measure import METHODS, Group, Timings, Trial, interleaved
 from benchmarks.work_precision.peers import PEERS, SHAPES, Method, Settings, flat
@@ -111,19 +111,14 @@ def test_the_rounding_of_the_time_is_no_error_of_the_method() -> None:
     problem = golden_problem("reference", "newton", "0.3")
     times = problem.clock(DOUBLE.precision, problem.times)
     states = METHODS["heyoka"].prepare(problem, DOUBLE)(times).states
-    fair, shifted = (
-        problem.truth.errors(states, DOUBLE.precision, [t * factor for t in times]).error
-        for factor in (1, 1 + 1e-12)
-    )
-    assert fair < 1e-13
-    assert shifted > 10 * fair
+    for factor, right in ((1, True), (1 + 1e-12, False)):
+        given = [t * factor for t in times]
+        assert (problem.truth.errors(states, DOUBLE.precision, given).error < 1e-14) == right
 
 
-def test_samples_end_at_the_end() -> None:
-    problem, lost = golden_problem("reference"), golden_problem("contact-lost")
-    assert problem.times[-1] == problem.until == 8
-    assert 20 <= len(problem.times) <= 40
-    assert lost.until < lost.scene.until
+def test_the_horizon_is_a_golden_time() -> None:
+    lost = golden_problem("contact-lost")
+    assert lost.times[-1] == lost.until < lost.scene.until
     with pytest.raises(InputError, match="time of the golden data"):
         golden_problem("reference", "newton", "0.0123")
 
@@ -172,6 +167,15 @@ def test_what_is_missing_and_what_fails_is_skipped_with_a_line(monkeypatch: Patc
     assert lines[:2] == [f"skipped: {line}" for line in measured.skipped]
     assert measured.skipped[0].startswith("upright, heyoka")
     assert "needs nowhere" in measured.skipped[1]
+
+
+def test_short_runs_of_the_long_ones_stay_within_rounding(monkeypatch: Patch) -> None:
+    monkeypatch.setattr(long_runs, "LONG_SCENES", ("rolling",))
+    monkeypatch.setattr(long_runs, "LANES", 2)
+    growth = long_runs.table((long_runs.LongRuns(2, 10.0),))
+    assert len(growth) == 2 * len(long_runs.log_spaced(10.0))
+    for name in GROWING:
+        assert 0 < growth[name].abs().max() < 100 * numpy.finfo(float).eps
 
 
 def test_every_trial_of_the_plan_has_a_method() -> None:
