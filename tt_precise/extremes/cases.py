@@ -111,8 +111,8 @@ def times() -> Iterator[EdgeCase]:
             options = {"precision": precision}
             yield EdgeCase("time", name, matches_triple_double, {"until": until}, options=options)
     name, changes = "horizon 1e-300 s in quad, with events", {"until": "1e-300"}
-    found = {"precision": "quad", "events": ("theta_min", "theta_max", "nu_x_zero")}
-    yield EdgeCase("time", name, matches_triple_double, changes, options=found)
+    events = {"precision": "quad", "events": ("theta_min", "theta_max", "nu_x_zero")}
+    yield EdgeCase("time", name, matches_triple_double, changes, options=events)
     for base, until in (("frictionless", "100"), ("rolling", "100"), ("frictionless", "1e3")):
         changes = {"until": until, "sample_every": until}
         yield EdgeCase("time", f"{base} for {until} s", conserves, changes, base=base)

@@ -11,7 +11,6 @@ from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
-LIMIT_S = 120.0  # Time limit of a case; the longest takes 3 s.
 CASES_PER_PROCESS = 200  # Arrays of heyoka.real leak memory: a process is replaced after so many.
 Verdict = Literal["pass", "fail"]
 
@@ -47,13 +46,13 @@ def judge(name: str) -> Measurement:
 def run_cases(
     selection: Sequence[EdgeCase], progress: Progress = silent, workers: int = 2
 ) -> Extremes:
-    """Run the selected cases, each within ``LIMIT_S``."""
-    calls = [Call(case.name, (case.name,), LIMIT_S) for case in selection]
+    """Run the selected cases."""
+    calls = [Call(case.name, (case.name,)) for case in selection]
     outcomes = {}
     with local_pool(workers, inline=False, recycle_after=CASES_PER_PROCESS) as pool:
         for call, result in pool.perform(judge, calls, progress):
-            failed = isinstance(result, Failure)
-            outcomes[call.key] = Measurement(False, None, result.reason) if failed else result
+            died = isinstance(result, Failure)
+            outcomes[call.key] = Measurement(False, None, result.reason) if died else result
     records = tuple(record(case, outcomes[case.name]) for case in selection)
     passed = records and all(each.verdict == "pass" for each in records)
     return Extremes("pass" if passed else "fail", records)

@@ -171,13 +171,13 @@ def _coefficients(
             x, y = (
                 sum((turning[j] * m.c[k - 1 - j] for j in range(k - 1)), zero) / k for m in (ey, ex)
             )
-            known = -x, y
-            rest = across_after(k, known, 0)
+            turned = -x, y
+            rest = across_after(k, turned, 0)
             if slope is None:
-                slope = across_after(k, known, 1) - rest
+                slope = across_after(k, turned, 1) - rest
             former = sum((v[j] * turning[k - j] for j in range(2, k + 1)), zero)
             turning.append((rest - former) / (v[1] - slope / k))
-            across_after(k, known, turning[-1] / k)
+            across_after(k, turned, turning[-1] / k)
         # on the cone v_A_dot vanishes up to rounding
         v.append(zero if not k and on_the_cone else along[k] / (k + 1))
         for entry, part in zip(entries[:6], rate[:6], strict=True):
@@ -229,10 +229,10 @@ def onset_segment(
         return (*turning, glide, ex, ey, time, *(fn.polyval(c[::-1], time) for c in columns[9:]))
 
     status = "complete" if series.until >= start.until else "fast"
-    found = _events(setup, start, series, until, row)
+    events = _events(setup, start, series, until, row)
     order = series.coefficients.shape[1] - 1
     run = Propagation(
-        status, until, row(until), 1, order, found, lambda: of_power_series(columns, until)
+        status, until, row(until), 1, order, events, lambda: of_power_series(columns, until)
     )
     return OnsetSegment(begin, setup, replace(start, row=row(until * 0)), run)
 
@@ -269,10 +269,10 @@ def _events(
     form = formulation("gliding", "newton", setup.formulation.friction)
     zeros = Zeros(setup.but(formulation=form, record=()), start, continued=True)
     zeros.search(of_power_series(_in_vectors(series), until))
-    found, numbers, precision = zeros.collect(), setup.precision.numbers, setup.precision
-    times = found.hits.time.astype(float) if precision.is_float else found.hits.time
+    events, numbers, precision = zeros.collect(), setup.precision.numbers, setup.precision
+    times = events.hits.time.astype(float) if precision.is_float else events.hits.time
     exact = precision.context.mpf if precision.is_float else precision.mpfr.back
     rows = [row(exact(time)) for time in times.tolist()]
     columns = zip(*rows, strict=True) if rows else nothing_found(setup).hits.state
     state = tuple(map(numbers.array, columns))
-    return found._replace(hits=replace(found.hits, state=state))
+    return events._replace(hits=replace(events.hits, state=state))

@@ -64,8 +64,8 @@ def segment(setup: Setup, start: InitialState, begin: Scalar) -> Segment:
     if not setup.phase.has_clock:
         return Segment(begin, setup, start, run)
     t, hits = setup.formulation.columns.index("t"), run.found.hits
-    found = run.found._replace(hits=replace(hits, time=hits.state[t]))
-    return RegularisedSegment(begin, setup, start, run._replace(time=run.row[t], found=found))
+    events = run.found._replace(hits=replace(hits, time=hits.state[t]))
+    return RegularisedSegment(begin, setup, start, run._replace(time=run.row[t], found=events))
 
 
 class SegmentStart(NamedTuple):

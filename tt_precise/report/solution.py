@@ -240,7 +240,8 @@ def figure_6(axes: list[Axes]) -> Numbers:
 def figure_7(axes: list[Axes]) -> Numbers:
     """The curve (D, E~) with its limits, D over time, E and E~ over time."""
     data = course("D", "E_tilde", "E")
-    limits = {name: one.value for name, one in REFERENCE.thresholds.quantities.items()}
+    quantities = REFERENCE.thresholds.quantities
+    limits = {name: quantity.value for name, quantity in quantities.items()}
     # the curve turns back and forth, so it must not be thinned
     axes[0].plot(MILLI * data["D"], MILLI * data["E_tilde"], color=BLUE, linewidth=0.6)
     for ends, mark, colour, label in (

@@ -130,7 +130,7 @@ def svg_text(figure: Figure, letters: Literal["path", "none"] = "path") -> str:
     with styled(), matplotlib.rc_context({"svg.fonttype": letters}):
         figure.savefig(sink, format="svg", metadata=_METADATA[".svg"])
     # matplotlib makes ids of clip paths and markers from numbers whose last bits may change
-    found = re.finditer(r'\bid="([A-Za-z_]*?)([0-9a-f]{10})"', sink.getvalue())
-    numbers = {match[2]: str(number) for number, match in enumerate(found, 1)}
+    ids = re.finditer(r'\bid="([A-Za-z_]*?)([0-9a-f]{10})"', sink.getvalue())
+    numbers = {match[2]: str(number) for number, match in enumerate(ids, 1)}
     hashes = re.compile("|".join(numbers) or "$^")
     return hashes.sub(lambda match: numbers[match[0]], sink.getvalue())

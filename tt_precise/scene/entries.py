@@ -134,7 +134,7 @@ def number_of(
         kind, *example = KINDS.get(
             expected, (f"a number in {expected}" if expected else "a number alone",)
         )
-        such = "".join(f', such as "{one}"' for one in example)
+        such = "".join(f', such as "{text}"' for text in example)
         got = shortened(value)
         raise InputError(f"{what or name}: got {got}, expected {kind}{such} ({error})") from None
 
@@ -229,7 +229,7 @@ def new_file(title: str) -> str:
             text = ", ".join(filter(None, (entry.unit, entry.meaning + size)))
             lines[entry.table].append(f'{name} = "{entry.new}"'.ljust(32) + f" # {text}")
     for law in LAWS.values():
-        units = ", ".join(f"{one.name} ({one.unit})" for one in law.parameters)
+        units = ", ".join(f"{parameter.name} ({parameter.unit})" for parameter in law.parameters)
         lines["laws"].append(f'# law = "{law.name}"'.ljust(32) + f" # {units}")
     values = {name: "\n".join(texts) for name, texts in lines.items()}
     template = (Path(__file__).parent / "new.toml").read_text("utf-8")

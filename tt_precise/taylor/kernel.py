@@ -377,8 +377,8 @@ class _RunWriter:
         if self.first:
             self._write(ops.quotient(ops.one, value[b]), self.inverses, lane)
             return ops.quotient(value[a] if a in value else self._constant(a), value[b])
-        known = self._load(self.left, lane), value[b]
-        rest = ops.negative(ops.products(self._load(self.sums, lane), known))
+        last = self._load(self.left, lane), value[b]
+        rest = ops.negative(ops.products(self._load(self.sums, lane), last))
         if a in value:
             rest = ops.total(value[a], rest)
         return ops.product(rest, self._load(self.inverses, lane))

@@ -130,8 +130,8 @@ class SeriesFunctions:
             squares = [
                 _dot([a / c[0] for a in s[: k + 1]], s[k::-1]) for s in (x.upto(k), y.upto(k))
             ]
-            known = _dot([a / c[0] for a in c[1:]], c[:0:-1]) if k > 1 else 0
-            return (sum(squares) - known) / 2
+            inner = _dot([a / c[0] for a in c[1:]], c[:0:-1]) if k > 1 else 0
+            return (sum(squares) - inner) / 2
 
         return TaylorSeries(step)
 
