@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from tt_precise.mechanics import formulations
 from tt_precise.scene.scene import Scene, load_scene
 
 Spoil = Callable[[Any, Any], Any]
+Spoiler = Callable[[str, Spoil], None]
 
 
 @pytest.fixture(scope="session")
@@ -22,6 +24,11 @@ def reference() -> Scene:
 def optimised(scene: Scene, events: tuple[str, ...] = ()) -> Trajectory:
     """A run in double, compiled as users have it."""
     return Trajectory.of(scene, Setup.of(scene, events=events, options={"opt_level": 3}))
+
+
+def changed(scene: Scene, **parts: str) -> Scene:
+    """The scene with numbers of its body changed by parts of themselves."""
+    return scene.varied(**{n: getattr(scene.body, n) * (1 + Fraction(x)) for n, x in parts.items()})
 
 
 @pytest.fixture(scope="session")
@@ -53,6 +60,11 @@ def short(reference: Scene) -> Scene:
 
 
 @pytest.fixture(scope="session")
+def truth(short: Scene) -> Trajectory:
+    return integrate(short, "mp", bits=240)
+
+
+@pytest.fixture(scope="session")
 def half_quad(half: Scene) -> Trajectory:
     return integrate(half, "quad")
 
@@ -70,7 +82,7 @@ def toppling(reference: Scene) -> Scene:
 
 
 @pytest.fixture
-def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Spoil], None]:
+def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Spoiler:
     """Replace the gliding equations in "newton" or "euler" form by wrongly computed ones."""
 
     def spoil(coordinates: str, change: Spoil) -> None:

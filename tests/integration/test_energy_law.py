@@ -22,35 +22,32 @@ from tt_precise.integration import Trajectory
 from tt_precise.scene.scene import Scene
 
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(12)
-WIDEST_S, DEEPEST = 2e-3, 40  # intervals to begin with, and how often one is halved
+WIDEST_S = 2e-3
 JELLETT, ENERGY = 1e-14, 1e-13
 CHEAP = ("contact-lost", "coulomb-gliding", "coulomb-small-top", "elastic-linear", "flight")
-Power = Callable[[Any], Any]
 
 
-def integral(power: Power, begin: float, end: float, tolerance: float) -> float:
-    count = max(1, math.ceil((end - begin) / WIDEST_S))
-    edges = numpy.linspace(begin, end, count + 1)
-
+def integral(power: Callable[[Any], Any], begin: float, end: float, tolerance: float) -> float:
     def over(low: Any, high: Any) -> Any:
         half = (high - low)[:, None] / 2
         x = low[:, None] + half * (1 + NODES)
         return (half * power(x.ravel()).reshape(x.shape)) @ WEIGHTS
 
-    low, high, parts = edges[:-1], edges[1:], []
+    edges = numpy.linspace(begin, end, max(1, math.ceil((end - begin) / WIDEST_S)) + 1)
+    low, high, parts = edges[:-1], edges[1:], list[float]()
     whole = over(low, high)
-    for _ in range(DEEPEST):
+    while len(low):
+        assert min(high - low) > 1e-15, f"no convergence at {low[0]} s"
         middle = (low + high) / 2
-        left, right = over(low, middle), over(middle, high)
-        done = abs(left + right - whole) <= tolerance
-        parts += (left + right)[done].tolist()
-        if done.all():
-            return math.fsum(parts)
-        low, high, whole = (
-            numpy.concatenate((first[~done], last[~done]))
-            for first, last in ((low, middle), (middle, high), (left, right))
+        halves = numpy.array([over(low, middle), over(middle, high)])
+        open_ = abs(halves.sum(axis=0) - whole) > tolerance
+        parts += halves[:, ~open_].ravel().tolist()
+        whole = halves[:, open_].ravel()
+        low, high = (
+            numpy.concatenate((first[open_], last[open_]))
+            for first, last in ((low, middle), (middle, high))
         )
-    raise AssertionError(f"no convergence at {low[0]} s")
+    return math.fsum(parts)
 
 
 class Law:
@@ -94,25 +91,28 @@ def imbalance(run: Trajectory, scene: Scene) -> float:
     Of a piece, of a joint between two, and of the whole motion.
     """
     lifted = ("height", "rise") if scene.lifts else ()
-    unit = float(run.frame("E", times=[Fraction(0)], numbers="exact")["E"].iloc[0])
-    found, explained, before = [], 0.0, unit
+
+    def rows(*names: str, times: Any) -> Any:
+        return run.frame(*names, *lifted, times=[*map(Fraction, times)], numbers="exact")
+
+    start, end = rows("E", times=[0, run.t_end])["E"].astype(float)
+    found, explained, before = [], 0.0, start
     for piece in run.pieces:
         law = Law(scene, piece.model)
 
         def power(times: Any, law: Law = law) -> Any:
-            exact = [Fraction(t) for t in times.tolist()]
-            return law.power(run.frame("vx", "vy", "g_n", *lifted, times=exact, numbers="exact"))
+            return law.power(rows("vx", "vy", "g_n", times=times.tolist()))
 
         # a row at a bound is of the earlier piece
         after = Fraction(piece.begin) + (Fraction(1, 10**15) if piece.begin else 0)
-        ends = run.frame("E", *lifted, times=[after, Fraction(piece.end)], numbers="exact")
+        ends = rows("E", times=[after, piece.end])
         first, last = ends["E"].astype(float)
         held, left = (law.stored(float(row.get("height", 0))) for _, row in ends.iterrows())
-        work = integral(power, float(piece.begin), float(piece.end), 1e-16 * unit) + held - left
-        found += [abs(last - first - work) / unit, abs(first - before) / unit]
+        bounds = float(piece.begin), float(piece.end)
+        work = integral(power, *bounds, 1e-16 * start) + held - left
+        found += [abs(last - first - work), abs(first - before)]
         before, explained = last, explained + work
-    end = float(run.frame("E", times=[Fraction(run.t_end)], numbers="exact")["E"].iloc[0])
-    return max(*found, abs(end - unit - explained) / unit)
+    return max(*found, abs(end - start - explained)) / start
 
 
 @pytest.mark.parametrize(
@@ -121,9 +121,8 @@ def imbalance(run: Trajectory, scene: Scene) -> float:
 )
 def test_bars_of_every_golden_scene(name: str) -> None:
     run = tt.integrate(name, events=(), record=())
-    jellett, energy = float(run.drift["jellett"]), imbalance(run, run.scene)
-    print(f"{name}: jellett {jellett:.1e}, energy {energy:.1e}")
-    assert (jellett <= JELLETT, energy <= ENERGY) == (True, True), (jellett, energy)
+    assert float(run.drift["jellett"]) <= JELLETT
+    assert imbalance(run, run.scene) <= ENERGY
 
 
 @pytest.mark.parametrize(
@@ -141,11 +140,7 @@ def test_another_law_does_not_explain_the_loss(name: str, entries: dict[str, str
 
 @pytest.mark.parametrize(
     ("name", "lost"),
-    [
-        ("elastic-linear", 4),
-        pytest.param("coulomb-stick-slip", 2, marks=pytest.mark.slow),
-        pytest.param("elastic-hunt-crossley", 0, marks=pytest.mark.slow),
-    ],
+    [("elastic-linear", 4), pytest.param("coulomb-stick-slip", 2, marks=pytest.mark.slow)],
 )
 def test_a_piece_that_is_lost_is_missed(name: str, lost: int) -> None:
     run = tt.integrate(name, events=(), record=())

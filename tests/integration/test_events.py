@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -57,23 +56,9 @@ def misplaced(trajectory: Trajectory, events: pandas.DataFrame, reach: Any) -> l
     return wrong
 
 
-def test_times_agree_between_double_and_triple_double(double: Trajectory, fine: Trajectory) -> None:
-    assert list(double.events["name"]) == list(fine.events["name"])
-    assert list(double.events["direction"]) == list(fine.events["direction"])
-    apart = abs(double.events["t"] - fine.events["t"])
-    assert 0 < max(apart) < 1e-12  # s; the bar. Measured: 2e-14
-
-
-def test_times_in_quad_are_those_in_triple_double(quad: Trajectory, fine: Trajectory) -> None:
-    assert list(quad.events["name"]) == list(fine.events["name"])
-    assert list(quad.events["direction"]) == list(fine.events["direction"])
-    apart = abs(quad.events["t"] - fine.events["t"])
-    assert 0 < max(apart) < 1e-30  # s; the last digit of 8 s is 1e-33. Measured: 1e-32
-
-
 def test_every_event_lies_where_its_meaning_says(fine: Trajectory) -> None:
     events = pandas.concat([rows.iloc[::9] for _, rows in fine.events.groupby("name")])
-    assert set(events["name"]) == set(ALL) == set(EVENTS)
+    assert set(events["name"]) == set(ALL) == set(EVENTS) == set(MEANINGS)
     for name, rising in (("theta_min", 1), ("theta_max", -1)):
         (direction,) = set(events["direction"][events["name"] == name])
         assert MEANINGS[name][1] * direction == rising
@@ -83,26 +68,15 @@ def test_every_event_lies_where_its_meaning_says(fine: Trajectory) -> None:
     assert len(misplaced(fine, late, reach)) == len(events)
 
 
-def test_the_state_is_that_of_the_event_and_not_of_the_step(fine: Trajectory) -> None:
-    events = fine.events.iloc[::40]
-    dense = fine.frame(times=events["t"], numbers="exact")
-    for name in ("kx", "ky", "kz", "theta_dot", "omega_3", "nu_x", "nu_y"):
-        scale = max(abs(value) for value in events[name])
-        apart = max(abs(a - b) for a, b in zip(events[name], dense[name], strict=True))
-        # times are rounded; nothing changes faster than 1e4 of its scale in a second
-        assert apart < 1e4 * 8 * 2.0**-112 * scale, name
-
-
 def test_changes_of_sign_in_dense_samples_are_as_many(double: Trajectory) -> None:
     """In samples every 0.4 ms; two events of a kind are 0.53 ms apart or more."""
     samples = double.frame(times=[Fraction(i, 2500) for i in range(1, 20_001)])
     counts = Counter(double.event_counts)
     counts["theta_min"] += counts.pop("theta_max")  # one function
+    assert set(counts) == set(MEANINGS) - {"theta_max"}
     for name, count in counts.items():
         values = MEANINGS[name][0](samples).to_numpy()
-        changes = int(numpy.count_nonzero(values[1:] * values[:-1] < 0))
-        assert changes == count > 0, name
-    assert set(counts) == set(MEANINGS) - {"theta_max"}
+        assert numpy.count_nonzero(values[1:] * values[:-1] < 0) == count > 0, name
 
 
 def test_an_event_at_the_horizon_is_in_or_out(fine: Trajectory, reference: Scene) -> None:
@@ -126,18 +100,12 @@ def alike(scene: Scene, asked: Any) -> Trajectory:
 
 @pytest.mark.parametrize(
     ("scene", "until", "extrema"),
-    [
-        ("contact-lost", "2", 0),
-        more("coulomb-flight", "2", 0),
-        ("elastic-hunt-crossley", "0.1", 2),
-        more("elastic-hunt-crossley", "0.3", 6),
-    ],
+    [("contact-lost", "2", 0), more("coulomb-flight", "2", 0), ("elastic-hunt-crossley", "0.1", 2)],
 )
 def test_a_force_that_ends_does_not_change_its_sign(scene: str, until: str, extrema: int) -> None:
     """Roundings made such zeros: at the loss of contact, and at both ends of an impact."""
     asked = "zero:g_n,zero:E_dot,extremum:theta,extremum:E,extremum:g_n"
-    run = alike(load_scene(scene).varied(until=until), asked)
-    counts = run.event_counts
+    counts = alike(load_scene(scene).varied(until=until), asked).event_counts
     assert counts["zero:g_n"] == 0 < counts["extremum:theta"]
     assert counts["zero:E_dot"] == counts["extremum:E"] == extrema
 
@@ -155,9 +123,8 @@ def test_directions_in_the_euler_form(half: Scene) -> None:
 
     run = alike(half, ["zero:s_dot_x", "extremum:s_dot_x", heading])
     assert run.event_counts == {"heading": 1}  # with the azimuth left at 0 the others too
-    angles = integrate(half, formulation="euler")
-    with pytest.raises(InputError, match="column: got 's_dot_x', expected one of: theta"):
-        angles.frame("s_dot_x")
+    with pytest.raises(InputError, match="column: got 's_dot_x'"):
+        integrate(half, formulation="euler").frame("s_dot_x")
 
 
 @pytest.mark.parametrize("precision", ["double", "double-double"])
@@ -183,12 +150,10 @@ def test_a_fall_through_the_pole_is_a_minimum_of_theta(toppling: Scene) -> None:
 
 
 def test_events_that_were_not_asked_for_are_not_there(half: Scene) -> None:
+    asking = half.varied(events=ALL)
     assert integrate(half).events.empty
-    scene_asks = replace(half, events=ALL)
-    assert not integrate(scene_asks).events.empty
-    assert integrate(scene_asks, events=()).events.empty
-    with pytest.raises(InputError, match=r"event_frame: .* no events, expected some: tt.integrate"):
-        integrate(half).event_frame("theta")
+    assert not integrate(asking).events.empty
+    assert integrate(asking, events=()).events.empty
     assert integrate(half, events=["Lk_equals_minus_Lz"]).event_frame("theta").empty
 
 
@@ -198,69 +163,43 @@ def test_rolling_scenes_have_no_gliding_events() -> None:
         integrate("rolling", events=("nu_x_zero",))
 
 
-@pytest.mark.parametrize(
-    "name", [*("perigee", "g_n", "extremum:nothing", "zero:nothing", ""), EXTREMUM, ZERO]
-)
+@pytest.mark.parametrize("name", ["perigee", "g_n", "extremum:nothing", "", EXTREMUM, ZERO])
 def test_unknown_names_are_refused(name: str) -> None:
-    with pytest.raises(InputError, match=r"expected one of: theta_min.* one's own function"):
+    with pytest.raises(InputError, match=f"event: got '?{name}"):
         integrate("reference", events=(name,))
 
 
-@pytest.mark.parametrize("name", ["g_n", "E_pot", "phi_dot"])
-def test_extrema_of_any_quantity(half: Scene, name: str) -> None:
-    found = integrate(half, "double-double", events=(EXTREMUM + name,))
-    here, *sides = sides_of(found, name, found.precision.context.mpf("1e-6"))
-    assert len(here) > 3
-    for side in sides:
-        assert (found.events["direction"].to_numpy() * (side - here) > 0).all()
-
-
-def test_zeros_of_any_quantity(half: Scene) -> None:
-    same = {"zero:nu_y": "nu_y_zero", "zero:omega_3": "omega_3_zero"}
-    events = integrate(half, events=(*same, *same.values())).events
-    for pair in same.items():
-        times, expected = (list(events["t"][events["name"] == name]) for name in pair)
-        # the same zero of another function: a few eps of 4 s apart
-        assert times == pytest.approx(expected, abs=1e-13)
-    found = integrate(half, events=("zero:tau_x",))
-    _, before, after = sides_of(found, "tau_x", 1e-6)
-    assert len(before) > 2
-    rising = found.events["direction"].to_numpy()
-    assert (rising * before < 0).all()
-    assert (rising * after > 0).all()
-
-
-def sides_of(run: Trajectory, name: str, aside: Any) -> tuple[Any, ...]:
-    """A quantity at the events, before and after them."""
-    return tuple(
-        run.frame(name, times=run.events["t"] + side, numbers="exact")[name].to_numpy()
-        for side in (0, -aside, aside)
+@pytest.mark.parametrize("name", ["g_n", "E_pot", "phi_dot", "tau_x"])
+def test_extrema_and_zeros_of_any_quantity(half: Scene, name: str) -> None:
+    run = integrate(half, "double-double", events=(EXTREMUM + name, ZERO + name))
+    assert run.event_counts[EXTREMUM + name] > 3
+    assert name != "tau_x" or run.event_counts[ZERO + name] > 2
+    times, aside = run.events["t"], run.precision.context.mpf("1e-6")
+    here, before, after = (
+        run.frame(name, times=times + side, numbers="exact")[name] for side in (0, -aside, aside)
     )
+    sign, turns = run.events["direction"], run.events["name"] == EXTREMUM + name
+    assert (sign * (before - here) > 0)[turns].all()
+    assert (sign * (after - here) > 0)[turns].all()
+    assert (sign * before < 0)[~turns].all()
+    assert (sign * after > 0)[~turns].all()
 
 
-EXTREMA = tuple(f"extremum:{name}" for name in QUANTITIES)
-ZEROS = tuple(f"zero:{name}" for name in QUANTITIES)
 # compiling so many functions takes seconds
 QUICK = ("rolling", "rocking", "elastic-linear")
 
 
 @pytest.mark.parametrize(
     "name",
-    [
-        *QUICK,
-        more("coulomb-flight"),
-        *(
-            pytest.param(name, marks=pytest.mark.slow)
-            for name in shipped()
-            if name not in (*QUICK, "coulomb-flight")
-        ),
-    ],
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in shipped()],
 )
 def test_all_events_at_once(name: str) -> None:
     """Every event that can be named, on every shipped scene: all of them in one run a scene."""
-    scene = load_scene(name)
-    scene = replace(scene, until=Fraction(1, 50), sample_every=Fraction(1, 100))
-    names = (*catalogue(scene.model), *EXTREMA, *ZEROS)
+    scene = load_scene(name).varied(until="0.02", sample_every="0.01")
+    names = (
+        *catalogue(scene.model),
+        *(f"{kind}{q}" for kind in (EXTREMUM, ZERO) for q in QUANTITIES),
+    )
     partial: set[str] = set()
     try:
         run = integrate(scene, events=names)
@@ -269,8 +208,7 @@ def test_all_events_at_once(name: str) -> None:
         run = integrate(scene, events=[one for one in names if one not in partial])
     assert partial <= set(names)
     assert run.status in ("complete", "contact_lost")
-    found = run.events
-    assert set(found["name"]) <= {*names, "stick", "slip", "lift_off", "landing", "separation"}
+    assert set(run.events["name"]) <= {*names, "stick", "slip", "lift_off", "landing", "separation"}
     quantities = {one.partition(":")[2] for one in partial}
     # what is undefined at the start: an axis that is vertical, or so nearly that sin^2 is 0
     if name in ("upright", "inverted"):

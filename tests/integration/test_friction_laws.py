@@ -24,10 +24,8 @@ def dry(law: str, mu: str = "0.05", **more: str) -> Scene:
 
 
 def final(scene: Scene) -> Any:
-    trajectory = tt.integrate(scene, events=(), record=())
-    assert trajectory.status == "complete"
-    values = trajectory.state.values
-    return numpy.array([float(values[name]) for name in ("theta", "theta_dot", "nu_x", "nu_y")])
+    state = tt.integrate(scene, events=(), record=()).state
+    return numpy.array([getattr(state, name) for name in ("theta", "theta_dot", "nu_x", "nu_y")])
 
 
 STRIBECK_1_S = load_scene("stribeck").varied(until="1")
@@ -61,13 +59,15 @@ def test_two_formulations_agree_and_the_laws_of_conservation_hold(scene: Scene) 
 def test_another_law_is_caught(scene: Scene, wrong: Scene) -> None:
     frame = tt.integrate(scene, events=(), record=()).frame()
     assert tt.check.conservation(frame, scene).passed
-    found = tt.check.conservation(frame, wrong)
-    assert {one.name for one in found.failures} >= {"energy_balance"}
+    failures = tt.check.conservation(frame, wrong).failures
+    assert "energy_balance" in {one.name for one in failures}
 
 
-def test_stribeck_without_a_fall_is_regularised() -> None:
+def test_laws_that_are_one_law_have_one_motion() -> None:
     flat = dry("stribeck", mu_s="0.05", v_s="0.3", epsilon="0.01")
     assert final(flat) == pytest.approx(final(dry("regularised", epsilon="0.01")), rel=1e-11)
+    plain = tt.integrate(Scene.of(name="plain", body=RATIOS, **TABLES))
+    assert plain.frame().equals(tt.integrate(dry("viscous", "0.3")).frame())
 
 
 @pytest.mark.parametrize(
@@ -80,26 +80,22 @@ def test_several_doubles_have_an_exponential(precision: str, digits: int) -> Non
     assert tt.integrate(STRIBECK, digits=25).digits_throughout >= 25
 
 
-def test_a_run_goes_on_from_any_of_its_states() -> None:
+@pytest.mark.parametrize(
+    ("name", "t", "precision"),
+    [
+        ("reference", "3", "triple-double"), ("phi-dot-195", "7", "triple-double"),
+        ("elastic-linear", "0.05", "quad"),
+    ],
+)  # fmt: skip
+def test_a_run_goes_on_from_any_of_its_states(name: str, t: str, precision: str) -> None:
     """Exactly, but for the error of the former run; turned about the vertical by the azimuth."""
-    wide, quad = "triple-double", "quad"
-    for name, t, precision in (
-        ("reference", "3", wide), ("phi-dot-195", "7", wide), ("elastic-linear", "0.05", quad),
-    ):  # fmt: skip
-        whole = tt.integrate(name, precision, events=(), record=())
-        scene = whole.scene
-        begun = scene.from_state(whole.at(t), until="0.05")
-        last = whole.at(Fraction(t) + Fraction("0.05"))
-        state = tt.integrate(begun, precision, events=(), record=()).state
-        for entry in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
-            one, other = getattr(state, entry), getattr(last, entry)
-            assert abs(one - other) <= abs(other) * 1e-20 + 1e-22, (name, entry)
-
-
-def test_viscous_in_the_block_is_the_viscous_law() -> None:
-    one = tt.integrate(Scene.of(name="plain", body=RATIOS, **TABLES))
-    other = tt.integrate(dry("viscous", "0.3"))
-    assert one.frame().equals(other.frame())
+    whole = tt.integrate(name, precision, events=(), record=())
+    begun = whole.scene.from_state(whole.at(t), until="0.05")
+    last = whole.at(Fraction(t) + Fraction("0.05"))
+    state = tt.integrate(begun, precision, events=(), record=()).state
+    for entry in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
+        one, other = getattr(state, entry), getattr(last, entry)
+        assert abs(one - other) <= abs(other) * 1e-20 + 1e-22, entry
 
 
 def test_epsilon_to_zero_is_coulomb_at_order_2_while_the_top_glides() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-import numpy
 import pytest
 
 from tests.conftest import more
@@ -16,42 +15,46 @@ from tt_precise.integration.events import EVENTS, JOINING, TERMINAL
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.scene.scene import load_scene, shipped
 
-SWITCHING = {*JOINING, *TERMINAL}
 # s, of the time of an event: roundings, which decaying velocities magnify in below-threshold
 REACH = {"double": 1e-12, "double-double": 0, "triple-double": 0, "quad": 0}
-WIDE = ("double-double", "triple-double", "quad")
-IN_SEGMENTS = ("coulomb", "elastic", "flight")
 QUICK = ("contact-lost", "rocking", "stays-upright")
+SCENES = [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in shipped()]
+Times = dict[str, list[float]]
 
 
-def golden_events(name: str) -> dict[str, list[float]]:
-    """Return the times of the golden events of a scene, but for those that switch its motion."""
-    events = golden.load(name, "text").events
-    events = events[~events["name"].isin(SWITCHING)]
+def times_of(events: Any) -> Times:
+    """Times by name, but for the events that switch a motion."""
+    events = events[~events["name"].isin([*JOINING, *TERMINAL])]
     return {str(kind): [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
 
 
-def events_of(run: Trajectory) -> dict[str, list[float]]:
-    events = run.events[~run.events["name"].isin(SWITCHING)]
-    return {str(kind): [*map(float, rows["t"])] for kind, rows in events.groupby("name")}
+def golden_events(name: str) -> Times:
+    return times_of(golden.load(name, "text").events)
 
 
-@pytest.mark.parametrize("precision", [more(one) if one == "quad" else one for one in REACH])
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in shipped()]
-)
-def test_all_events_are_the_golden_ones(name: str, precision: str) -> None:
-    expected = golden_events(name)
-    run = integrate(name, precision, events=tuple(expected) or ("theta_max",))
-    found = events_of(run)
-    assert {kind: len(times) for kind, times in found.items()} == {
-        kind: len(times) for kind, times in expected.items()
-    }
-    reach = 1e-9 if name == "below-threshold" else REACH[precision]
+def assert_golden(run: Trajectory, expected: Times) -> None:
+    found = times_of(run.events)
+    assert {*found} == {*expected}
+    reach = 1e-9 if run.scene.name == "below-threshold" else REACH[run.precision.name]
     for kind, times in expected.items():
         # the golden times as doubles are half an ulp off
         assert found[kind] == pytest.approx(times, rel=4e-16, abs=reach), kind
     assert run.unresolved == ()
+
+
+@pytest.mark.parametrize("precision", [more(one) if one == "quad" else one for one in REACH])
+@pytest.mark.parametrize("name", SCENES)
+def test_all_events_are_the_golden_ones(name: str, precision: str) -> None:
+    expected = golden_events(name)
+    assert_golden(integrate(name, precision, events=tuple(expected) or "theta_max"), expected)
+
+
+def test_those_of_the_reference_scene_and_a_lost_one_is_noticed(double: Trajectory) -> None:
+    expected = golden_events("reference")
+    assert_golden(double, expected)
+    lost = {kind: times[1:] for kind, times in expected.items()}
+    with pytest.raises(AssertionError):
+        assert_golden(double, expected | {"nu_y_zero": lost["nu_y_zero"]})
 
 
 def detected(name: str, kinds: tuple[str, ...]) -> Counter[str]:
@@ -83,31 +86,17 @@ def detected(name: str, kinds: tuple[str, ...]) -> Counter[str]:
     return counts
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(n, marks=() if n in QUICK else pytest.mark.slow)
-        for n in shipped()
-        if not n.startswith(IN_SEGMENTS) and n not in ("upright", "inverted")
-    ],
-)
+@pytest.mark.parametrize("name", SCENES)
 def test_heyoka_detects_as_many(name: str) -> None:
     """An independent finder, whose tangencies are those that the criterion names."""
-    assert not load_scene(name).in_pieces
+    if load_scene(name).in_pieces or name in ("flight", "upright", "inverted"):
+        pytest.skip("heyoka alone has one set of equations, and misses what is always zero")
     kinds = tuple(golden_events(name))
     run = integrate(name, events=kinds)
     witness = detected(name, kinds)
     for kind in kinds:
         if kind not in run.touches:
             assert witness[kind] == run.event_counts[kind], kind
-
-
-def test_the_comparison_notices_a_lost_event() -> None:
-    times = golden_events("contact-lost")
-    run = integrate("contact-lost", events=tuple(times))
-    lost = {kind: found[1:] for kind, found in events_of(run).items()}
-    assert numpy.sum([len(found) for found in lost.values()]) < run.event_counts.total() - 1
-    assert any(len(found) != len(times[kind]) for kind, found in lost.items())
 
 
 def test_noise_of_a_component_that_cancels_is_no_event() -> None:

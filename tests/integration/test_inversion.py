@@ -14,9 +14,10 @@ from tt_precise.scene.scene import Scene, load_scene
 
 NONE = inversion.Climb(None, None)
 
-MINIMA = [(1, 0.1, -5), (3, 0.2, 5), (5, 0.1, -5), (7, 0.3, 5), (11, 1.5, 5)]
-MAXIMA = [(2, 0.4, -5), (10.5, 1.6, -5)]
-MAXIMA += [(13, math.pi - 0.3, 5), (15, math.pi - 0.1, -5), (17, math.pi - 0.2, 5)]
+MINIMA = [(1, 0.1, -0.5), (3, 0.2, 0.5), (5, 0.1, -0.5), (7, 0.3, 0.5), (11, 1.5, 0.5)]
+MAXIMA = [(2, 0.4, -0.5), (10.5, 1.6, -0.5)]
+MAXIMA += [(13, math.pi - 0.3, 0.5), (15, math.pi - 0.1, -0.5), (17, math.pi - 0.2, 0.5)]
+FORWARD = [turn for turn in MINIMA if turn[2] > 0]
 
 
 def turns(rows: Sequence[tuple[float, float, float]]) -> inversion.TurningPoints:
@@ -28,9 +29,7 @@ MARKS = inversion.InversionEvents(
     equator=[10, 12], minima=turns(MINIMA), maxima=turns(MAXIMA), aligned=[1, 6.5],
     opposed=[3, 14.5, 18], phi_dot_zero=[2, 4, 6, 14, 16],
 )  # fmt: skip
-
-
-FORWARD = [turn for turn in MINIMA if turn[2] > 0]
+LATER = [*MINIMA[:3], (7, 0.3, -0.5), (9, 0.1, 0.5), MINIMA[4]]
 
 
 @pytest.mark.parametrize(
@@ -41,19 +40,12 @@ FORWARD = [turn for turn in MINIMA if turn[2] > 0]
         ({}, "t_end", (14.5, 14.5, 14)),
         ({}, "duration", (9, 8, 8)),
         # a later negative perigee; only those above the equator are counted
-        (
-            {"minima": turns([*MINIMA[:3], (7, 0.3, -5), (9, 0.1, 5), MINIMA[4]])},
-            "t_init",
-            (8.5, 6.5, 6),
-        ),
-        ({"minima": turns([(-1, 2.0, -5), *FORWARD])}, "t_init", (0, 6.5, 6)),
+        ({"minima": turns(LATER)}, "t_init", (8.5, 6.5, 6)),
+        ({"minima": turns([(-1, 2.0, -0.5), *FORWARD])}, "t_init", (0, 6.5, 6)),
         # backwards precession: no times by definition C
         ({"backwards": True}, "t_init", (5.5, 6.5, None)),
-        ({"backwards": True}, "t_end", (14.5, 14.5, None)),
         # no climb, one under way from the start, and one that ends behind the horizon
         ({"equator": []}, "duration", (None, None, None)),
-        ({"equator": []}, "t_init", (None, None, None)),
-        ({"equator": []}, "t_end", (None, None, None)),
         ({"minima": turns(FORWARD), "aligned": [], "phi_dot_zero": [14, 16]}, "t_init", (0, 0, 0)),
         (
             {"maxima": turns(MAXIMA[:3]), "opposed": [3], "phi_dot_zero": [2, 4, 6]},
@@ -76,11 +68,6 @@ def all_times(run: Trajectory) -> list[Any]:
     return [run.inversion.equator, *run.inversion.times.values()]
 
 
-def test_double_and_triple_double_agree(double: Trajectory, fine: Trajectory) -> None:
-    for time, exact in zip(all_times(double), all_times(fine), strict=True):
-        assert abs(mpmath.mpf(time) - exact) < 1e-12  # s; the bar
-
-
 def test_the_initiation_time_is_the_one_computed_with_200_bits(fine: Trajectory) -> None:
     """The scene that restarts there has it, from runs with 200 and 224 bits."""
     printed = load_scene("from-initiation").source.split("t = ")[1].split(" s;")[0]
@@ -88,7 +75,9 @@ def test_the_initiation_time_is_the_one_computed_with_200_bits(fine: Trajectory)
     assert 0 < distance < 1e-30  # s
 
 
-def test_the_definitions_differ_by_less_than_a_tenth_of_a_second(double: Trajectory) -> None:
+def test_the_definitions_differ_by_less_than_a_tenth_of_a_second(
+    double: Trajectory, fine: Trajectory
+) -> None:
     equator, *times = all_times(double)
     inits, ends = times[::2], times[1::2]
     assert len({*inits, *ends}) == 6
@@ -100,6 +89,8 @@ def test_the_definitions_differ_by_less_than_a_tenth_of_a_second(double: Traject
     outside = double.frame("phi_dot", times=[first - 1e-6, last + 1e-6])
     assert (inside["phi_dot"] > 0).all()
     assert (outside["phi_dot"] < 0).all()
+    for time, exact in zip(all_times(double), all_times(fine), strict=True):
+        assert abs(mpmath.mpf(time) - exact) < 1e-12  # s; the bar
 
 
 def test_the_mirror_image_has_the_same_times(double: Trajectory, reference: Scene) -> None:
@@ -118,28 +109,20 @@ def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c(
     assert (times.B.t_init, times.C) == (0, NONE)
 
 
-def test_a_horizon_before_the_climb(reference: Scene, double: Trajectory) -> None:
-    short = integrate(reference, until=5, events=double.setup.events)
-    assert short.inversion.equator is None
-    assert short.inversion.A == NONE
-
-
 def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
     """With g_n < 0 on the way; unilateral the top would leave the table first."""
     scene = reference.varied(phi_dot="-30", until="12")
     setup: Any = {"contact": "bilateral", "tolerance": 1e-13}
     at_once = integrate(scene, events=inversion.NEEDED, **setup)
-    assert at_once.inversion.A.t_init == pytest.approx(1.486, abs=1e-3)
-    assert at_once.inversion.A.t_end == pytest.approx(5.834, abs=1e-3)
+    climb = at_once.inversion.A
+    assert [climb.t_init, climb.t_end] == pytest.approx([1.486, 5.834], abs=1e-3)
     assert integrate(scene, **setup).inversion == at_once.inversion
 
 
 @pytest.mark.parametrize("chosen", [{}, {"digits": 20}])
 def test_a_passage_of_the_pole_has_no_direction(chosen: dict[str, Any]) -> None:
     """A top that rocks in a plane has no phi_dot where theta is 0, and does not climb."""
-    assert integrate("rocking", **chosen).inversion == inversion.InversionTimes(
-        None, NONE, NONE, NONE
-    )
+    assert set(all_times(integrate("rocking", **chosen))) == {None}
 
 
 @pytest.mark.parametrize(
@@ -159,8 +142,10 @@ def test_the_times_of_the_climb_have_their_errors(
         assert errors[name] < largest, name
 
 
-def test_a_missing_time_has_no_error() -> None:
+def test_a_missing_time_has_no_error(reference: Scene, double: Trajectory) -> None:
     assert integrate("upright").inversion_errors == {}
-    assert list(integrate("regularised-1e-2").inversion_errors) == [
+    assert set(integrate("regularised-1e-2").inversion_errors) == {
         "equator", "t_init_A", "t_init_B", "t_init_C",
-    ]  # fmt: skip
+    }  # fmt: skip
+    before = integrate(reference, until=5, events=double.setup.events).inversion
+    assert (before.equator, before.A) == (None, NONE)

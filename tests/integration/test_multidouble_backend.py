@@ -1,23 +1,17 @@
 """Runs in double-double and triple-double against golden data, heyoka's quad, and each other."""
 
-import csv
-from fractions import Fraction
-from functools import cache
-from operator import itemgetter
 from typing import Any
 
 import mpmath
 import pytest
 
-from tt_precise.golden.store import home
+from tests.integration.conftest import changed
+from tt_precise import golden
 from tt_precise.integration import Trajectory, catalogue, integrate
-from tt_precise.integration.events import EVENTS
 from tt_precise.scene.scene import load_scene, shipped
 
 FN = mpmath.MPContext()
 FN.prec = 260
-Table = list[dict[str, str]]
-SIDE_S = FN.mpf("1e-6")
 POLES = {"upright", "inverted"}  # no Euler angles
 # Golden data are printed with 34 digits: rounding them leaves 33.3. Just below the threshold, after
 # 60 s, the vectors' own error grows by 1e14 (in quad it is 2e-20); in Euler angles it does not.
@@ -25,20 +19,13 @@ PRINTED = 33.3
 LEFT = {("just-below-threshold", "newton"): 31.0}
 WHOLE = [name for name in shipped() if not load_scene(name).in_pieces]
 
-
-@cache
-def golden(scene: str, table: str) -> Table:
-    with (home() / scene / f"{table}.csv").open(encoding="utf-8") as lines:
-        return list(csv.DictReader(lines))
-
-
 # an entry counts beside the largest of its kind, so that one that passes through zero does not
 # decide
 SORTS = ("kx ky kz", "Lx Ly Lz", "vx vy", "nu_x nu_y", "theta", "theta_dot phi_dot omega_3",
          "phi", "psi", "x y")  # fmt: skip
 
 
-def digits(row: dict[str, str], values: Any) -> float:
+def digits(row: Any, values: Any) -> float:
     """Significant digits of the worst entry."""
     found = [99.0]
     for sort in SORTS:
@@ -49,7 +36,7 @@ def digits(row: dict[str, str], values: Any) -> float:
     return min(found)
 
 
-def worst(run: Trajectory, rows: Table, every: int = 1) -> float:
+def worst(run: Trajectory, rows: list[Any], every: int = 1) -> float:
     """Return the fewest digits of each ``every``-th row and of the last, the end."""
     found = [digits(row, run.at(row["t"]).values) for row in rows[:-1:every]]
     return min([*found, digits(rows[-1], run.state.values)])
@@ -60,33 +47,31 @@ def lost() -> Trajectory:
     return integrate("contact-lost", "triple-double", events=catalogue("gliding"))
 
 
-def test_rows_of_a_scene_and_its_end_to_every_printed_digit(lost: Trajectory) -> None:
-    rows = golden("contact-lost", "trajectory")
+@pytest.fixture(scope="module")
+def rows() -> list[Any]:
+    return golden.load("contact-lost", "text").to_dict("records")
+
+
+def test_rows_of_a_scene_and_its_end_to_every_printed_digit(
+    lost: Trajectory, rows: list[Any]
+) -> None:
     assert lost.status == "contact_lost"
     assert abs(lost.t_end / FN.mpf(rows[-1]["t"]) - 1) < FN.mpf(10) ** -PRINTED
     assert worst(lost, rows, every=12) > PRINTED
     assert worst(integrate("contact-lost", "double-double"), rows, every=12) > 28
-
-
-def kinds(rows: Any) -> list[tuple[str, int]]:
-    return [(row["name"], int(row["direction"])) for row in rows]
+    # the control: what moves the start by 1e-33 is seen in the rows
+    moved = changed(load_scene("contact-lost"), mu="1e-32")
+    moved = integrate(moved, "triple-double", events=())
+    assert worst(moved, rows, every=12) < PRINTED - 0.5
 
 
 def test_events_are_golden(lost: Trajectory) -> None:
-    rows = golden("contact-lost", "events")[:-1]  # the last one is the end of contact
+    rows = golden.load("contact-lost", "text").events.to_dict("records")[:-1]  # then contact ends
     found = lost.events.to_dict("records")
-    assert kinds(rows) == kinds(found)
-    apart = [abs(FN.mpf(r["t"]) / f["t"] - 1) for r, f in zip(rows, found, strict=True)]
-    assert max(apart) < FN.mpf(10) ** -PRINTED
-    assert min(digits(r, f) for r, f in zip(rows, found, strict=True)) > PRINTED
-
-
-def test_a_wrong_last_part_shows() -> None:
-    """Negative control: what moves the start by 1e-33 is seen in the rows."""
-    scene = load_scene("contact-lost")
-    scene = scene.varied(mu=scene.body.mu * (1 + Fraction("1e-32")))
-    moved = integrate(scene, "triple-double", events=())
-    assert worst(moved, golden("contact-lost", "trajectory"), every=12) < PRINTED - 0.5
+    for row, event in zip(rows, found, strict=True):
+        assert (row["name"], int(row["direction"])) == (event["name"], event["direction"])
+        assert abs(FN.mpf(row["t"]) / event["t"] - 1) < FN.mpf(10) ** -PRINTED
+        assert digits(row, event) > PRINTED
 
 
 def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
@@ -102,11 +87,9 @@ def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
 
 
 def test_events_beyond_lost_contact_are_found_and_it_is_said(lost: Trajectory) -> None:
-    scene = load_scene("contact-lost")
-    run = integrate(scene, "double-double", events=("theta_min",), contact="bilateral")
+    run = integrate("contact-lost", "double-double", events="theta_min", contact="bilateral")
     assert run.status == "contact_ignored"
-    before = lost.events[lost.events["name"] == "theta_min"]
-    assert len(run.events) >= len(before) > 0
+    assert run.event_counts["theta_min"] >= lost.event_counts["theta_min"] > 0
 
 
 @pytest.mark.slow
@@ -115,7 +98,7 @@ def test_events_beyond_lost_contact_are_found_and_it_is_said(lost: Trajectory) -
 def test_all_golden_rows(name: str, coordinates: str) -> None:
     if coordinates == "euler" and name in POLES:
         pytest.skip("no Euler angles at a pole")
-    rows = golden(name, "trajectory")
+    rows = golden.load(name, "text").to_dict("records")
     run = integrate(name, "triple-double", formulation=coordinates, events=())
     if run.status == "pole":
         rows = [row for row in rows if FN.mpf(row["t"]) < run.t_end]
@@ -125,35 +108,12 @@ def test_all_golden_rows(name: str, coordinates: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", [name for name in WHOLE if name not in POLES])
-def test_all_golden_events(scene: str) -> None:
-    names = catalogue(load_scene(scene).model)
-    rows = [row for row in golden(scene, "events") if row["name"] in names]
-    rows = sorted(rows, key=itemgetter("name"))  # some happen at once
-    run = integrate(scene, "triple-double", events=names)
-    # what vanishes identically or touches zero, as phi_dot does, is no event in golden data
-    no_event = set(run.event_counts) - {row["name"] for row in rows}
-    for one in run.events.to_dict("records"):
-        if one["name"] in no_event:
-            sides = (max(FN.mpf(0), one["t"] - SIDE_S), min(run.t_end, one["t"] + SIDE_S))
-            before, after = (EVENTS[one["name"]].function(run.motion(t)) for t in sides)
-            assert before * after > 0 or max(abs(before), abs(after)) < 1e-30, one["name"]
-    found = [one for one in run.events.to_dict("records") if one["name"] not in no_event]
-    found = sorted(found, key=itemgetter("name"))
-    assert kinds(rows) == kinds(found)
-    for row, one in zip(rows, found, strict=True):
-        assert digits(row, one) > LEFT.get((scene, "newton"), PRINTED) - 0.3, row["t"]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("precision", "apart"), [("triple-double", 29), ("double-double", 27)])
 @pytest.mark.parametrize("name", ["reference", "rolling", "regularised-1e-2"])
 def test_quadratures_agree_with_quad(name: str, precision: str, apart: int) -> None:
     scene = load_scene(name).varied(until="0.5")
-    runs = [
-        integrate(scene, one, record=("phi", "psi", "x", "y"), events=())
-        for one in ("quad", precision)
-    ]
-    for entry in ("phi", "psi", "x", "y"):
+    names = ("phi", "psi", "x", "y")
+    runs = [integrate(scene, one, record=names, events=()) for one in ("quad", precision)]
+    for entry in names:
         quad, other = (FN.mpf(run.state.values[entry]) for run in runs)
         assert abs(quad - other) < FN.mpf(10) ** -apart * max(1, abs(quad))

@@ -1,7 +1,6 @@
 """Trajectories: conserved quantities, agreement of formulations, spoiled equations, and the API."""
 
 import itertools
-import pickle
 import re
 import sys
 from collections.abc import Callable
@@ -12,17 +11,15 @@ from typing import Any
 import numpy
 import pytest
 
-import tt_precise as tt
-from tests.conftest import more
+from tests.conftest import Captured, Patch, more
+from tests.integration.conftest import Spoiler, changed
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import Scene
 
-ANY_INTEGRATE: Any = integrate  # Takes arguments of wrong types.
-NEWTON = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+ANY_INTEGRATE: Any = integrate  # takes arguments of wrong types
 EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
-Spoiler = Callable[[str, Callable[[Any, Any], Any]], None]
 
 
 def digits_between(run: Trajectory, other: Trajectory) -> float:
@@ -55,7 +52,6 @@ def test_newton_and_euler_agree_to_the_end(reference: Scene, quad: Trajectory) -
 )
 def test_all_integrals_of_a_scene_are_conserved(scene: str) -> None:
     run = integrate(scene, "double-double")
-    assert run.status == "complete"
     names = {integral.name for integral in conserved(run.scene.model, run.scene.body)}
     assert set(run.drift) == names >= {"jellett", "axis_norm"}
     for name, drift in run.drift.items():
@@ -94,8 +90,7 @@ def test_a_term_off_by_1e_10_shows(
     if term == "friction":  # L does not depend on the cause of v: lambda alone does not show it
         assert wrong.drift["jellett"] < 1e-14
     else:  # 85 steps round by less than an eps each, at random
-        assert run.drift["jellett"] < 10 * 2.0**-52
-        assert wrong.drift["jellett"] > 5 * 10 * 2.0**-52
+        assert 5 * run.drift["jellett"] < 5 * 10 * 2.0**-52 < wrong.drift["jellett"]
 
 
 def test_a_term_of_the_euler_form_off_by_1e_27_shows(
@@ -108,8 +103,7 @@ def test_a_term_of_the_euler_form_off_by_1e_27_shows(
 
 
 def test_a_wrong_constant_conserves_but_does_not_agree(half: Scene, half_quad: Trajectory) -> None:
-    wrong = half.varied(alpha=half.body.alpha * (1 + Fraction("1e-25")))
-    run = integrate(wrong, "quad")
+    run = integrate(changed(half, alpha="1e-25"), "quad")
     assert run.drift["jellett"] < 1e-32
     assert digits_between(run, half_quad) < 27
 
@@ -117,8 +111,7 @@ def test_a_wrong_constant_conserves_but_does_not_agree(half: Scene, half_quad: T
 def test_drifts_are_computed_in_a_finer_arithmetic(double: Trajectory) -> None:
     """In double the evaluation alone would err by some eps at each sample."""
     drifts = double.drift_over_time()["jellett"]
-    assert len(drifts) == 801
-    assert drifts[0] < 2.0**-52
+    assert (len(drifts), drifts[0] < 2.0**-52) == (801, True)
     assert max(drifts) == double.drift["jellett"] == double.drift["lambda"]
     assert all(drift == 0 or drift > 2.0**-110 for drift in drifts)
 
@@ -130,17 +123,13 @@ def test_drifts_count_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) 
     assert wrong.drift["jellett"] > 1e-14
 
 
-def test_attributes_of_a_trajectory(double: Trajectory, rough: Scene) -> None:
+def test_attributes_of_a_trajectory(double: Trajectory) -> None:
     assert "reference: complete, t_end = 8.0 s, double" in repr(double)
     assert (double.precision.name, double.formulation, double.order) == ("double", "newton", 21)
     assert 1000 < double.steps < 2000
-    assert isinstance(double.state.theta, float)
     assert double.dimension("g_n").unit == "N"
-    lost = integrate(rough)
-    assert float(lost.sample_times[-1]) == lost.t_end
-    assert list(double.events) == ["name", "t", "direction", *NEWTON, *EULER]
+    assert list(double.events)[:4] == ["name", "t", "direction", "kx"]
     assert double.events["t"].is_monotonic_increasing
-    assert set(double.events["direction"]) == {-1, 1}
 
 
 def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> None:
@@ -160,18 +149,13 @@ def test_several_times_at_once(double: Trajectory, half_quad: Trajectory) -> Non
     ("read", "message"),
     [
         (lambda run: run.at([1, 9]), r"t: got 9 s, expected 0 to 8 s"),
-        (lambda run: run.at(9), r"t: got 9 s, expected 0 to 8 s"),
         (lambda run: run.at(["now"]), "t: got 'now'"),
-        (lambda run: run.frame("mine"), r"column: got 'mine', .*tt\.quantity\(function, unit\)"),
+        (lambda run: run.frame("mine"), "column: got 'mine'"),
         (lambda run: run.frame(numbers="rational"), "numbers: got 'rational'"),
         (lambda run: run.frame("error:theta", times=[1]), "times: got times with "),
         (lambda run: integrate("reference").event_frame("g_n"), "that looked for no events"),
-        (lambda run: ANY_INTEGRATE("reference", events=["E"]), "event: got 'E', .* as extremum:E,"),
-        (
-            lambda run: ANY_INTEGRATE("reference", sensitivity=True),
-            "got True, expected names, such as",
-        ),
-        (lambda run: ANY_INTEGRATE("reference", "quad", digits=5), "digits: got a precision too"),
+        (lambda run: ANY_INTEGRATE("reference", events=["E"]), "event: got 'E'"),
+        (lambda run: ANY_INTEGRATE("reference", sensitivity=True), "got True, expected names"),
         (lambda run: ANY_INTEGRATE({"model": "gliding"}), "scene: got "),
     ],
 )
@@ -183,10 +167,9 @@ def test_unusable_arguments_are_refused(
 
 
 def test_lists_are_names_too(half: Scene) -> None:
-    scene = half.varied(record=["phi"], events=["equator"], until="0.1")
-    run = integrate(scene)
+    run = integrate(half.varied(record=["phi"], events=["equator"], until="0.1"))
     assert run.setup.record == ("phi",)
-    assert list(integrate(scene).frame(["t", "theta"], "theta,E").columns) == ["t", "theta", "E"]
+    assert list(run.frame(["t", "theta"], "theta,E").columns) == ["t", "theta", "E"]
 
 
 def test_estimated_errors_are_columns(half: Scene) -> None:
@@ -207,8 +190,9 @@ def test_events_in_every_kind_of_number(half: Scene) -> None:
     )
     assert exact["g_n"].astype(float).tolist() == doubles["g_n"].tolist()
     assert text["error:g_n"].astype(float).tolist() == doubles["error:g_n"].tolist()
-    assert len(text["g_n"][0]) > 30
-    assert len(exact) == run.event_counts["extremum:g_n"] == len(run.event_errors())
+    assert text["g_n"].tolist() == [run.precision.text(x) for x in exact["g_n"]]
+    assert (exact["error:t"] == run.event_errors()["error"]).all()
+    assert len(exact) == run.event_counts["extremum:g_n"]
 
 
 def test_the_table_of_a_notebook(short: Scene) -> None:
@@ -219,7 +203,6 @@ def test_the_table_of_a_notebook(short: Scene) -> None:
     for text in ("complete", digits, f">{run.state.theta:#.5g} rad<", "theta_min", "double"):
         assert text in html
     assert max(map(len, re.findall(r"<td[^>]*>([^<]*)<", html))) < 30
-    assert f"{run.state.theta!r}" not in html
     slow = integrate(short, "quad")
     assert "correct digits" not in slow._repr_html_()
     assert not slow.errors.available
@@ -227,11 +210,7 @@ def test_the_table_of_a_notebook(short: Scene) -> None:
 
 @pytest.mark.parametrize(("precision", "silent"), [("quad", False), ("double", True)])
 def test_a_slow_precision_shows_its_progress_in_a_notebook(
-    short: Scene,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    precision: str,
-    silent: bool,
+    short: Scene, monkeypatch: Patch, capsys: Captured, precision: str, silent: bool
 ) -> None:
     """Elsewhere but on a terminal it is silent."""
     integrate(short, precision)
@@ -239,17 +218,3 @@ def test_a_slow_precision_shows_its_progress_in_a_notebook(
     monkeypatch.setitem(sys.modules, "ipykernel", ModuleType("ipykernel"))
     integrate(short, precision)
     assert (capsys.readouterr().err == "") == silent
-
-
-def test_a_pickle_integrates_again(short: Scene) -> None:
-    run = integrate(short, "double-double", events="theta_min")
-    again = pickle.loads(pickle.dumps(run))
-    assert again.state.values == run.state.values
-    assert again.event_counts == run.event_counts
-    assert len(pickle.dumps(run)) < 10_000
-
-
-def test_names_of_the_package_are_its_own() -> None:
-    assert tt.load_scene is load_scene
-    with pytest.raises(AttributeError):
-        tt.integrate("reference", until="0.01").energy  # type: ignore[attr-defined]  # noqa: B018
