@@ -60,8 +60,8 @@ def test_rows_of_a_scene_and_its_end_to_every_printed_digit(
     assert worst(lost, rows, every=12) > PRINTED
     assert worst(integrate("contact-lost", "double-double"), rows, every=12) > 28
     # the control: what moves the start by 1e-33 is seen in the rows
-    moved = changed(load_scene("contact-lost"), mu="1e-32")
-    moved = integrate(moved, "triple-double", events=())
+    scene = changed(load_scene("contact-lost"), mu="1e-32")
+    moved = integrate(scene, "triple-double", events=())
     assert worst(moved, rows, every=12) < PRINTED - 0.5
 
 
