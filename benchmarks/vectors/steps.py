@@ -47,7 +47,7 @@ def step_file(progress: Progress = silent) -> list[dict[str, Json]]:
 
 def documents_of(case: StateCase) -> Iterator[dict[str, Json]]:
     """The JSON objects of the steps of a case."""
-    states = _flown(case) if case.law == "none" else _integrated(case)
+    states = _in_flight(case) if case.law == "none" else _integrated(case)
     for step, (quaternion, known) in zip(STEPS, states, strict=True):
         turned = {
             name: case.turned(value) if isinstance(value, tuple) else value
@@ -57,15 +57,15 @@ def documents_of(case: StateCase) -> Iterator[dict[str, Json]]:
         yield head | orientation(case, quaternion, DIGITS) | texts(case, turned)
 
 
-def _flown(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
+def _in_flight(case: StateCase) -> Iterator[tuple[tuple[Scalar, ...], dict[str, Scalar]]]:
     # the closed form at azimuth 0; ``case.turned`` turns the vectors, and this the orientation
     fn = case.context
     q = case.start.motion(fn)
     straight = replace(case, half=(Fraction(1), Fraction(0))).pose_of(q)
-    begun = RigidBodyState(*(*straight[:4], *straight[10:13], *straight[7:10]))
+    start = RigidBodyState(*(*straight[:4], *straight[10:13], *straight[7:10]))
     c, s = (case.number(part) for part in case.half)
     for step in STEPS:
-        there = flight.flown(case.start.body, begun, case.number(step), fn)
+        there = flight.fly(case.start.body, start, case.number(step), fn)
         orientation = multiplied((c, 0, 0, s), there[:4])
         k = rotate(there[:4], (0, 0, 1))
         yield orientation, {"k": k, "omega": there[4:7], "s_dot": there[7:10]}

@@ -47,6 +47,6 @@ def test_a_threshold_that_one_method_alone_finds_fails(
     printed: Printed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     nothing = MarginalMomentum(reason="spoiled")
-    monkeypatch.setattr("tt_precise.exact.thresholds.marginal_spin", lambda *_, **__: nothing)
+    monkeypatch.setattr("tt_precise.exact.thresholds.marginal_momentum", lambda *_, **__: nothing)
     one = printed("thresholds reference --digits 10", status=1)["quantities"]["lambda_thres"]
     assert (one["independent"], one["digits_agreed"]) == (None, 0)

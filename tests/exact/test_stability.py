@@ -16,7 +16,7 @@ from tt_precise.exact.stability import (
     hurwitz,
     is_stable,
     linearised,
-    marginal_spin,
+    marginal_momentum,
 )
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
@@ -65,8 +65,8 @@ def test_hurwitz_of_known_eigenvalues(roots: tuple[tuple[int, int], ...], stable
 def test_the_threshold_does_not_depend_on_friction(side: int, mu: str | None) -> None:
     context = own_context(60)
     friction = None if mu is None else Fraction(mu)
-    marginal = marginal_spin(top(), side, 45, context, friction)
-    assert agreed_digits(marginal.spin, threshold_spin(top(), side, context), 60, context) >= 45
+    marginal = marginal_momentum(top(), side, 45, context, friction)
+    assert agreed_digits(marginal.momentum, threshold_spin(top(), side, context), 60, context) >= 45
 
 
 @SIDES
@@ -85,7 +85,7 @@ def test_the_threshold_does_not_depend_on_friction(side: int, mu: str | None) ->
 )
 def test_thresholds_of_extreme_tops(side: int, changes: dict[str, str]) -> None:
     body, context = top(**changes), own_context(150)
-    spin = marginal_spin(body, side, 20, context).spin
+    spin = marginal_momentum(body, side, 20, context).momentum
     assert agreed_digits(spin, threshold_spin(body, side, context), 50, context) >= 20
 
 
@@ -102,8 +102,8 @@ def test_thresholds_of_extreme_tops(side: int, changes: dict[str, str]) -> None:
 )
 @pytest.mark.parametrize("mu", [None, Fraction(1)])
 def test_where_no_spin_is_marginal(I1: str, side: int, mu: Fraction | None) -> None:
-    marginal = marginal_spin(top(I1=I1), side, 30, own_context(40), mu)
-    assert marginal.spin is None
+    marginal = marginal_momentum(top(I1=I1), side, 30, own_context(40), mu)
+    assert marginal.momentum is None
     assert ("grow" if side == INVERTED else "decay") in marginal.reason
 
 
@@ -112,7 +112,7 @@ def test_upright_loses_and_inverted_gains_stability_with_spin(side: int) -> None
     """The sign that names the two thresholds: lambda_up is the upright one, lambda_thres not."""
     context = own_context(30)
     body = top().numbers(rounding_to(context))
-    marginal = marginal_spin(top(), side, 20, context).spin / body.I3
+    marginal = marginal_momentum(top(), side, 20, context).momentum / body.I3
     for factor, stable in (("0.99", side == UPRIGHT), ("1.01", side == INVERTED)):
         assert is_stable(linearised(body, side, marginal * context.mpf(factor))) is stable
 
@@ -128,7 +128,7 @@ def test_a_spoiled_equation_moves_the_threshold(side: int, monkeypatch: pytest.M
 
     monkeypatch.setattr(newton, "rates", spoiled)
     context = own_context(60)
-    spin = marginal_spin(top(), side, 45, context).spin
+    spin = marginal_momentum(top(), side, 45, context).momentum
     assert 25 <= agreed_digits(spin, threshold_spin(top(), side, context), 60, context) <= 31
 
 
@@ -136,4 +136,4 @@ def test_a_zero_without_a_change_of_stability_is_refused(monkeypatch: pytest.Mon
     zero = stability._zero
     monkeypatch.setattr(stability, "_zero", lambda f, a, b, grid: zero(f, a, b, grid) * 101 / 100)
     with pytest.raises(ArithmeticError, match="no change of stability"):
-        marginal_spin(top(), INVERTED, 20, own_context(30))
+        marginal_momentum(top(), INVERTED, 20, own_context(30))

@@ -145,15 +145,15 @@ def test_the_spin_is_linearised_with_the_friction_that_it_has() -> None:
 
 def test_the_friction_that_moves_a_threshold_decides(monkeypatch: pytest.MonkeyPatch) -> None:
     """The worse agreement of the two frictions is reported."""
-    right = module.marginal_spin
+    right = module.marginal_momentum
 
     def wrong_without_friction(body: Any, side: int, digits: int, fn: Any, mu: Any = None) -> Any:
         marginal = right(body, side, digits, fn, mu)
-        return marginal if mu else replace(marginal, spin=marginal.spin * (1 + fn.mpf(10) ** -7))
+        return replace(marginal, momentum=marginal.momentum * (1 + (not mu) * fn.mpf(10) ** -7))
 
-    monkeypatch.setattr(module, "marginal_spin", wrong_without_friction)
+    monkeypatch.setattr(module, "marginal_momentum", wrong_without_friction)
     assert thresholds("reference", 30).quantities["lambda_up"].digits_agreed == 7
-    monkeypatch.setattr(module, "marginal_spin", lambda *_: MarginalMomentum(None, "lost"))
+    monkeypatch.setattr(module, "marginal_momentum", lambda *_: MarginalMomentum(None, "lost"))
     assert thresholds("reference", 30).quantities["lambda_up"].digits_agreed == 0
 
 
@@ -180,7 +180,7 @@ def test_a_difference_in_the_30th_digit_is_seen(
     spoil: Spoil, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not name.startswith("lambda_"):  # the search takes time and is not what is spoiled
-        monkeypatch.setattr(module, "marginal_spin", lambda *given: MarginalMomentum())
+        monkeypatch.setattr(module, "marginal_momentum", lambda *given: MarginalMomentum())
     assert thresholds(load_scene("reference"), 40).quantities[name].digits_agreed == 40
     spoil(monkeypatch)
     result = thresholds(load_scene("reference"), 40).quantities[name].digits_agreed

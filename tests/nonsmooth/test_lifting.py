@@ -60,7 +60,7 @@ def test_flight_is_its_closed_form(flown: Trajectory) -> None:
     first = RigidBodyState(*(rows[0][name] for name in POSE))
     for row in rows[1:]:
         delay = row["t"] - rows[0]["t"]
-        there = flight.flown(body, first, delay, mpmath.fp)
+        there = flight.fly(body, first, delay, mpmath.fp)
         # 10 ms at 180 rad/s from numbers of 16 digits
         assert [float(x) for x in there] == pytest.approx([row[n] for n in POSE], abs=1e-11)
         z = flight.height(body, rows[0]["z"], first.vcz, delay)

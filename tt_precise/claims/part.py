@@ -33,7 +33,7 @@ _NUMBER = re.compile(r"[+-]?(?P<whole>\d+)(\.(?P<places>\d*))?([eE](?P<power>[+-
 
 @dataclass(frozen=True)
 class Value:
-    """A value, the number of its settled digits, and the enclosure of the exact value if any."""
+    """A value, the number of its correct digits, and the enclosure of the exact value if any."""
 
     value: Scalar
     digits: int

@@ -28,7 +28,7 @@ from tt_precise.golden.table import correct_digits
 from tt_precise.integration import integrate
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conversion import RigidBodyState
-from tt_precise.mechanics.flight import flown
+from tt_precise.mechanics.flight import fly
 from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.mechanics.newton import NewtonState, angular_momentum
 from tt_precise.mechanics.quantities import Motion
@@ -108,7 +108,7 @@ def fly_freely(scene: Scene) -> SampledMotion:
     initial = RigidBodyState(
         *start["quaternion_wxyz"], *start["angular_velocity"], *start["velocity"]
     )
-    rows = [flown(body, initial, t, numpy) for t in content["sample_times"]]
+    rows = [fly(body, initial, t, numpy) for t in content["sample_times"]]
     table = numpy.array(rows, dtype=float)
     axes = [rotate(row[:4], (0, 0, 1)) for row in rows]
     return SampledMotion(numpy.array(axes, dtype=float), table[:, 4:7], table[:, 7:10])

@@ -26,14 +26,14 @@ from tt_precise.runtime.values import Functions, Ring, Scalar
 from tt_precise.scene.body import TippeTop
 
 UPRIGHT, INVERTED = 1, -1
-GUARD_DIGITS = 10  # Digits to which a marginal spin is determined beyond those that are asked for.
+GUARD_DIGITS = 10  # Digits to which a marginal rate is determined beyond the requested ones.
 
 
 @dataclass(frozen=True)
 class MarginalMomentum:
     """The marginal angular momentum L in kg m^2/s, or None with the reason."""
 
-    spin: Scalar = None
+    momentum: Scalar = None
     reason: str = ""
 
 
@@ -99,8 +99,8 @@ def linearised(body: Parameters, side: int, rate: Scalar) -> Matrix:
     columns = []
     for component in ("kx", "Lx", "vx"):
         derivatives = newton.rates(body, spin._replace(**{component: Tangent(0, 1)}))
-        slopes = {name: Tangent.of(rate).derivative for name, rate in derivatives._asdict().items()}
-        columns.append([Complex(slopes[f"{name}x"], slopes[f"{name}y"]) for name in "kLv"])
+        entry = {name: Tangent.of(x).derivative for name, x in derivatives._asdict().items()}
+        columns.append([Complex(entry[f"{name}x"], entry[f"{name}y"]) for name in "kLv"])
     return list(zip(*columns, strict=True))
 
 
@@ -141,10 +141,10 @@ def is_stable(matrix: Matrix) -> bool:
     return min(hurwitz(matrix)) > 0
 
 
-def marginal_spin(
+def marginal_momentum(
     body: TippeTop, side: int, digits: int, context: Functions, mu: Fraction | None = None
 ) -> MarginalMomentum:
-    """The spin L z at which the steady motion k = ``side`` z changes its stability.
+    """The angular momentum L at which the spin k = ``side`` z, L z changes its stability.
 
     ``mu`` is the friction (s/m, above 0) in the linearised equations; by default an auxiliary
     friction, whose drag is comparable with the inertia of the top. Stability is proved to differ
@@ -179,8 +179,8 @@ def marginal_spin(
     rate = _zero(lambda x: hurwitz(matrix(x))[2], near, far, near * width / 100)
     if [is_stable(matrix(rate * (1 + x))) for x in (-width, width)] != [slow, fast]:
         raise ArithmeticError(f"no change of stability at {float(rate):.6g} rad/s")
-    spin = top.I3 * rate
-    return MarginalMomentum(rounding_to(context)(Fraction(*map(int, spin.as_integer_ratio()))))
+    momentum = Fraction(*map(int, (top.I3 * rate).as_integer_ratio()))
+    return MarginalMomentum(rounding_to(context)(momentum))
 
 
 def _zero(f: Callable[[Scalar], Scalar], a: Scalar, b: Scalar, grid: Scalar) -> Scalar:
@@ -202,10 +202,10 @@ def _zero(f: Callable[[Scalar], Scalar], a: Scalar, b: Scalar, grid: Scalar) -> 
 
 
 def fineness(body: TippeTop, mu: Fraction | None = None) -> int:
-    """The decades by which the digits of the parameters can move a threshold, or cancel.
+    """A bound on the decades between a threshold and its unit, from the body's fractions alone.
 
-    Differences of the parameters such as 1 - alpha vanish or are at least one over their
-    denominators; a threshold may hold the fourth power of one difference.
+    A threshold has differences such as 1 - alpha, up to the fourth power. Each is zero or at least
+    one over its denominator, so the bound also counts the digits that cancel in it.
     """
     inertia = body.I3 / (body.m * body.R**2)
     sizes = [inertia, body.gamma, *[Fraction(1, body.alpha.denominator)] * 5]

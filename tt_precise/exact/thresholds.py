@@ -16,7 +16,7 @@ from functools import partial
 from typing import NamedTuple
 
 from tt_precise.exact import arithmetic
-from tt_precise.exact.stability import INVERTED, UPRIGHT, fineness, marginal_spin
+from tt_precise.exact.stability import INVERTED, UPRIGHT, fineness, marginal_momentum
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
@@ -127,34 +127,34 @@ def thresholds(scene: str | Scene, digits: int = 50) -> Thresholds:
     Raises ``InputError``: the scene does not exist, or ``digits`` is not from 1 to 2000.
     """
     scene = load_scene(scene)
-    work = _Work(scene, whole_number(digits, "digits", 1, MOST_DIGITS))
-    top, fn, lambda_ = work.top, work.fn, work.lambda_start
+    determinations = _Determinations(scene, whole_number(digits, "digits", 1, MOST_DIGITS))
+    top, fn, lambda_ = determinations.top, determinations.fn, determinations.lambda_start
     quantities = {
-        "lambda": work.lambda_(),
-        "lambda_thres": work.threshold(INVERTED),
-        "lambda_up": work.threshold(UPRIGHT),
-        "D0": work.asymptotic("D", UPRIGHT, formulas.D0(top, lambda_, fn)),
-        "D1": work.asymptotic("D", INVERTED, formulas.D1(top, lambda_, fn)),
-        "E0": work.asymptotic("E_tilde", UPRIGHT, formulas.E0(top, lambda_)),
-        "E1": work.asymptotic("E_tilde", INVERTED, formulas.E1(top, lambda_)),
-        "gamma": work.gamma(),
-        "sigma": work.sigma(),
+        "lambda": determinations.lambda_(),
+        "lambda_thres": determinations.threshold(INVERTED),
+        "lambda_up": determinations.threshold(UPRIGHT),
+        "D0": determinations.asymptotic("D", UPRIGHT, formulas.D0(top, lambda_, fn)),
+        "D1": determinations.asymptotic("D", INVERTED, formulas.D1(top, lambda_, fn)),
+        "E0": determinations.asymptotic("E_tilde", UPRIGHT, formulas.E0(top, lambda_)),
+        "E1": determinations.asymptotic("E_tilde", INVERTED, formulas.E1(top, lambda_)),
+        "gamma": determinations.gamma(),
+        "sigma": determinations.sigma(),
     }
-    return Thresholds(digits, fn, quantities, work.theorem())
+    return Thresholds(digits, fn, quantities, determinations.theorem())
 
 
 def theorem(scene: Scene) -> Theorem:
     """Return only the verdict of Theorem 1.1, from 50 digits of the formulas, in milliseconds."""
-    return _Work(scene, 50).theorem()
+    return _Determinations(scene, 50).theorem()
 
 
 def lambda_at_start(scene: Scene) -> Scalar:
     """Return only lambda, in kg m^3/s, to 50 digits; the thresholds would take a second."""
-    return _Work(scene, 50).lambda_start
+    return _Determinations(scene, 50).lambda_start
 
 
-class _Work:
-    """One scene in one arithmetic."""
+class _Determinations:
+    """The quantities of one scene in one arithmetic, each determined in two ways."""
 
     def __init__(self, scene: Scene, digits: int):
         self.scene, self.digits = scene, digits
@@ -166,7 +166,7 @@ class _Work:
         self.lambda_start = QUANTITIES["lambda"].evaluate(self.motion)
 
     def lambda_(self) -> Determination:
-        return self.determined(
+        return self.compare(
             self.lambda_start,
             euler.jellett(self.top, self.euler, self.fn),
             "value: -L.a of the vectors at the start; independent: the paper's eq (14) "
@@ -198,13 +198,13 @@ class _Work:
             f"linearised equations of motion change the stability of the {spin} spin, with "
             + " and again with ".join(frictions)
         )
-        value, unit = self.formula(side), self.lambda_of_unit_spin(side)
+        value, unit = self.formula(side), self.lambda_of_unit_momentum(side)
         reasons = [] if value is not None else [f"the formula needs {needs}"]
         determinations = []
         for name, mu in frictions.items():
-            marginal = marginal_spin(self.scene.body, side, self.digits, self.fn, mu)
-            independent = None if marginal.spin is None else marginal.spin * unit
-            determinations.append(self.determined(value, independent, how, "kg m^3/s"))
+            marginal = marginal_momentum(self.scene.body, side, self.digits, self.fn, mu)
+            independent = None if marginal.momentum is None else marginal.momentum * unit
+            determinations.append(self.compare(value, independent, how, "kg m^3/s"))
             reasons += [f"with {name} {marginal.reason}"] if marginal.reason else []
         worst = min(determinations, key=lambda each: each.agreed(self.digits))
         return replace(worst, reason="; ".join(reasons))
@@ -218,19 +218,19 @@ class _Work:
             return "an auxiliary mu = 1 s/m, as Coulomb's law has none at v_A = 0", Fraction(1)
         return f"the scene's own {body.friction.at_rest}", friction.largest_coefficient(body, 0)
 
-    def lambda_of_unit_spin(self, side: int) -> Scalar:
-        return QUANTITIES["lambda"].evaluate(self.spinning(side, 1))
+    def lambda_of_unit_momentum(self, side: int) -> Scalar:
+        return QUANTITIES["lambda"].evaluate(self.steady_spin(side, 1))
 
-    def spinning(self, side: int, spin: Scalar) -> Motion:
-        """The steady spin k = side z, L = spin z."""
-        state = NewtonState(0, 0, self.fn.mpf(side), 0, 0, self.fn.mpf(spin), 0, 0)
+    def steady_spin(self, side: int, momentum: Scalar) -> Motion:
+        """The steady spin k = side z, L = momentum z."""
+        state = NewtonState(0, 0, self.fn.mpf(side), 0, 0, self.fn.mpf(momentum), 0, 0)
         return Motion(self.top, state, self.fn)
 
     def asymptotic(self, name: str, side: int, value: Scalar) -> Determination:
         quantity = QUANTITIES[name]
-        limit = self.spinning(side, self.lambda_start / self.lambda_of_unit_spin(side))
+        limit = self.steady_spin(side, self.lambda_start / self.lambda_of_unit_momentum(side))
         spin = "upright" if side == UPRIGHT else "inverted"
-        return self.determined(
+        return self.compare(
             value,
             quantity.evaluate(limit),
             f"value: the limits of section 1; independent: {name} of the vectors "
@@ -241,7 +241,7 @@ class _Work:
     def gamma(self) -> Determination:
         state = EulerState(self.fn.mpf(1), self.fn.mpf(1), 0, self.fn.mpf(1), 0, 0)
         rate = euler.rates(self.top, state, self.fn)
-        return self.determined(
+        return self.compare(
             arithmetic.rounding_to(self.fn)(self.scene.body.gamma),
             state.theta_dot * state.omega_3 / (rate.phi_dot * self.fn.sin(state.theta)),
             "value: I1/I3; independent: the gyroscopic response "
@@ -251,18 +251,18 @@ class _Work:
 
     def sigma(self) -> Determination:
         state = EulerState(self.fn.mpf(1), 0, 0, 0, 0, self.fn.mpf(1))
-        rough = replace(self.top, mu=self.fn.mpf(1))
-        spin_up = euler.rates(rough, state, self.fn).omega_3
-        force = newton.contact_force(rough, vectors_from_euler(rough, state, self.fn))
-        return self.determined(
+        sliding = replace(self.top, mu=self.fn.mpf(1))
+        spin_up = euler.rates(sliding, state, self.fn).omega_3
+        force = newton.contact_force(sliding, vectors_from_euler(sliding, state, self.fn))
+        return self.compare(
             arithmetic.rounding_to(self.fn)(self.scene.body.sigma),
-            rough.m * rough.R * spin_up / (force[1] * self.fn.sin(state.theta)),
+            sliding.m * sliding.R * spin_up / (force[1] * self.fn.sin(state.theta)),
             "value: m R^2/I3; independent: R omega_3_dot/(s_ddot_y sin theta), the response of "
             "spin (Euler form) and centre of mass (vectors) to friction, with mu = 1 s/m",
             "1",
         )
 
-    def determined(self, value: Scalar, independent: Scalar, how: str, unit: str) -> Determination:
+    def compare(self, value: Scalar, independent: Scalar, how: str, unit: str) -> Determination:
         if value is None or independent is None:
             agreed = None if value is independent else 0
         else:

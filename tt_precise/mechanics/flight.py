@@ -75,8 +75,8 @@ def orientation(
     return multiplied(multiplied(about_L, q), about_axis)
 
 
-def flown(body: Parameters, start: RigidBodyState, t: Scalar, fn: Functions) -> RigidBodyState:
-    """The state at time ``t`` of a body that flies from ``start``, a unit quaternion."""
+def fly(body: Parameters, start: RigidBodyState, t: Scalar, fn: Functions) -> RigidBodyState:
+    """The state at time ``t`` of a body in free flight from ``start``, a unit quaternion."""
     q0: Quaternion = (start.qw, start.qx, start.qy, start.qz)
     omega = (start.wx, start.wy, start.wz)
     q = orientation(body, q0, omega, t, fn)
