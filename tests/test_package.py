@@ -45,7 +45,6 @@ def test_help_a_scene_and_committed_verdicts_need_nothing_heavy() -> None:
 
 
 def test_all_names_are_listed_and_there() -> None:
-    # the package itself last: its names import the others
     subprocess.run([sys.executable, "-c", LISTED, *reversed(PACKAGES)], check=True)
 
 

@@ -14,6 +14,14 @@ from docutils.statemachine import StringList
 
 DOCS = Path(__file__).parents[1]
 MEASURED = DOCS.parent / "reports/measured"
+Maker = Callable[[str], Iterator[str]]
+MAKERS: dict[str, Maker] = {}
+
+
+def maker(function: Maker) -> Maker:
+    """Register what makes the lines of ``{generated} NAME`` from the argument behind the name."""
+    MAKERS[function.__name__] = function
+    return function
 
 
 def table_of(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[str]:
@@ -22,6 +30,7 @@ def table_of(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[s
         yield "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
 
 
+@maker
 def columns(_: str) -> Iterator[str]:
     """Each column set with units and meanings, and the conventions."""
     from tt_precise.commands.columns import CONVENTIONS, column_sets, meaning
@@ -35,6 +44,7 @@ def columns(_: str) -> Iterator[str]:
         yield f"- {sentence}"
 
 
+@maker
 def scenes(_: str) -> Iterator[str]:
     """The scenes that ship."""
     from tt_precise.scene.scene import load_scene, shipped
@@ -46,6 +56,7 @@ def scenes(_: str) -> Iterator[str]:
     yield from table_of(("name", "model", "until / s", "title"), rows)
 
 
+@maker
 def entries(table: str) -> Iterator[str]:
     """The entries of a table of a scene file."""
     from tt_precise.scene.entries import ENTRIES
@@ -59,6 +70,7 @@ def entries(table: str) -> Iterator[str]:
     yield from table_of(("key", "unit", "meaning and range"), rows)
 
 
+@maker
 def events(_: str) -> Iterator[str]:
     """The catalogue of events."""
     from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
@@ -71,6 +83,7 @@ def events(_: str) -> Iterator[str]:
     yield from table_of(("event", "meaning"), rows)
 
 
+@maker
 def switches(_: str) -> Iterator[str]:
     """The events that end a segment of a motion and begin the next."""
     from tt_precise.integration.events import JOINING
@@ -78,14 +91,36 @@ def switches(_: str) -> Iterator[str]:
     yield from table_of(("event", "meaning"), [(f"`{n}`", text) for n, text in JOINING.items()])
 
 
+@maker
+def laws(_: str) -> Iterator[str]:
+    """The laws of friction with their parameters and forces."""
+    from tt_precise.mechanics.laws import LAWS
+
+    rows = [
+        (f'`"{law.name}"`', ", ".join(f"`{p.name}` ({p.unit})" for p in law.parameters), law.force)
+        for law in LAWS.values()
+    ]
+    yield from table_of(("`law`", "parameters", "force"), rows)
+
+
+@maker
+def outcomes(_: str) -> Iterator[str]:
+    """The outcomes of a row of a sweep."""
+    from tt_precise.sweeps.columns import OUTCOMES
+
+    yield from table_of(("outcome", "means"), [(f"`{n}`", text) for n, text in OUTCOMES.items()])
+
+
+@maker
 def quantities(_: str) -> Iterator[str]:
     """Every quantity with unit and meaning."""
     from tt_precise.commands.columns import quantities
 
-    rows = [(f"`{name}`", one["unit"], one["meaning"]) for name, one in quantities().items()]
+    rows = [(f"`{name}`", text["unit"], text["meaning"]) for name, text in quantities().items()]
     yield from table_of(("quantity", "unit", "meaning"), rows)
 
 
+@maker
 def schema(name: str) -> Iterator[str]:
     """A JSON schema as a table of its keys."""
     text = json.loads((DOCS / f"schemas/{name}.schema.json").read_text("utf-8"))
@@ -132,6 +167,7 @@ def _words(kind: str | list[str]) -> list[str]:
     return kind if isinstance(kind, list) else [kind]
 
 
+@maker
 def digits(_: str) -> Iterator[str]:
     """What digits cost, as measured."""
     with (MEASURED / "digits.csv").open(encoding="utf-8") as file:
@@ -149,6 +185,7 @@ def digits(_: str) -> Iterator[str]:
 LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)  # of the largest error at the end of the reference scene
 
 
+@maker
 def peers(_: str) -> Iterator[str]:
     """The time of each integrator to an error, over that of a bare heyoka loop in double."""
     with (MEASURED / "tradeoff.csv").open(encoding="utf-8") as file:
@@ -173,6 +210,7 @@ def peers(_: str) -> Iterator[str]:
     yield from table_of(("program", *(f"error {level:g}" for level in LEVELS)), shown)
 
 
+@maker
 def faults(_: str) -> Iterator[str]:
     """The smallest amount of each planted fault that a check fails."""
     with (MEASURED / "fault-amounts.csv").open(encoding="utf-8") as file:
@@ -180,28 +218,13 @@ def faults(_: str) -> Iterator[str]:
     yield from table_of(header, [[cell or "-" for cell in row] for row in rows])
 
 
+@maker
 def verdicts(_: str) -> Iterator[str]:
     """The verdicts on claims, and the rules that are the same for every claim."""
     from tt_precise.claims.verdicts import RULES, Verdict
 
     yield from table_of(("verdict", "means"), [(f"`{one}`", one.meaning) for one in Verdict])
     yield from ("", RULES)
-
-
-TABLES = (
-    columns,
-    scenes,
-    entries,
-    events,
-    quantities,
-    schema,
-    digits,
-    peers,
-    faults,
-    switches,
-    verdicts,
-)
-MAKERS: dict[str, Callable[[str], Iterator[str]]] = {made.__name__: made for made in TABLES}
 
 
 class Generated(Directive):

@@ -130,6 +130,7 @@ PLAN = (
 )
 
 
+@pytest.mark.evidence
 def test_the_tables_are_written_and_the_findings_printed(
     tmp_path: Path, capsys: Captured, monkeypatch: Patch
 ) -> None:
