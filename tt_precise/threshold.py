@@ -2,13 +2,12 @@
 
 A scan of the range finds every change of the answer that its values resolve; bisection of the first
 change from no to yes gives the digits. Each answer is a run. Runs in a finer arithmetic confirm the
-answers at both ends of the last bracket, which are compared with Theorem 1.1 where it decides.
+answers at both ends of the last bracket.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Context, Decimal
@@ -19,9 +18,10 @@ from tt_precise.exact.thresholds import theorem
 from tt_precise.integration.setup import refused_in_doubles
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Json, Scalar, require_name, whole_number
-from tt_precise.scene.entries import kept_fixed, written
+from tt_precise.scene.body import unit_of
+from tt_precise.scene.entries import written
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.starts import Ends, box_ends, unit_of, variable_names
+from tt_precise.sweeps.starts import Ends, box_ends, variable_names
 
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
@@ -36,7 +36,6 @@ ANSWER_DIGITS = 17  # Values beside an answer are printed as doubles, so that a 
 MOST_DIGITS = 25  # Double-double has 31 digits, of which a motion loses some six.
 DIGITS_OF_DOUBLE = 10  # Digits of the value that runs in double resolve.
 FINE_TOLERANCE = 1e-28  # Relative; a finer one improves no double-double.
-MOST_POINTS = 10_000  # Values of a scan, each of which is a run.
 LATE = 0.95  # Part of the horizon after which the horizon may decide the answer.
 
 
@@ -53,30 +52,24 @@ class Answer(NamedTuple):
 class Threshold:
     """The result of ``find``.
 
-    The smallest value with the answer yes lies between ``below`` and ``above``. Without ``below``
-    the answer is yes from the low end of the range on; without ``above`` it is no at every value of
-    the scan. ``changes`` are all neighbours in the scan whose answers differ. ``confirmed`` is true
-    if the answer is yes somewhere, and a finer arithmetic gives the same answers at the ends of the
-    bracket. ``verdicts`` are those of Theorem 1.1 at every value of the scan; ``by_theorem`` is the
-    value from which the verdict is "inverts", if this is its only change.
+    The smallest value with the answer yes lies between ``below`` and ``above``; without ``below``
+    the answer is yes from the low end on, without ``above`` it is no at every value of the scan.
+    ``changes`` are all neighbours in the scan whose answers differ; ``confirmed``: finer arithmetic
+    gives the same answers at the ends; ``isolated``: the answer is no at the low end alone, as an
+    upright top. ``verdicts`` are those of Theorem 1.1, which change at ``by_theorem``, if once.
     """
 
     scene: Scene
     name: str
     goal: str
     digits: int
-    low: Fraction
+    isolated: bool
     below: Answer | None
     above: Answer | None
     changes: tuple[tuple[Answer, Answer], ...]
     confirmed: bool
     by_theorem: Fraction | None
     verdicts: tuple[str, ...]
-
-    @property
-    def isolated(self) -> bool:
-        """True if the answer is no at the low end alone, such as that of an upright top."""
-        return self.below is not None and self.below.value == self.low
 
     @property
     def threshold(self) -> Fraction | None:
@@ -96,63 +89,50 @@ class Threshold:
             "points": len(self.verdicts),
             "value": None if self.threshold is None else decimal(self.threshold, self.digits),
             "isolated": self.isolated,
-            "below": self._entry(self.below),
-            "above": self._entry(self.above),
+            "below": self.below and self._entry(self.below),
+            "above": self.above and self._entry(self.above),
             "changes": [[*map(self._entry, pair)] for pair in self.changes],
             "confirmed": self.confirmed,
             "theorem": {"value": exact, "at_low": self.verdicts[0], "at_high": self.verdicts[-1]},
         }
 
-    def _entry(self, answer: Answer | None) -> dict[str, Json] | None:
+    def _entry(self, answer: Answer) -> dict[str, Json]:
         """Return an answer with its value in so many digits that a run repeats it."""
         digits = max(ANSWER_DIGITS, self.digits + 1)
-        return answer and {**answer._asdict(), "value": decimal(answer.value, digits)}
+        return {**answer._asdict(), "value": decimal(answer.value, digits)}
 
     def __repr__(self) -> str:
-        unit, until = unit_of(self.name, self.scene.body.law), float(self.scene.until)
-        below, above = map(self._entry, (self.below, self.above))
-        text = [
-            f"{self.scene.name}, until {until:g} s: the smallest {self.name} from which "
-            f"{GOALS[self.goal]}"
-        ]
+        scene, until = self.scene, float(self.scene.until)
+        unit = unit_of(self.name, scene.body.friction, scene.body.spring)
+        quest = f"the smallest {self.name} from which {GOALS[self.goal]}"
+        text = [f"{scene.name}, until {until:g} s: {quest}"]
         if self.threshold is not None:
+            already = "" if self.below else "already at the low end of the range, "
             value = decimal(self.threshold, self.digits)
-            degrees = f" ({math.degrees(self.threshold):.6g} deg)" if self.name == "theta" else ""
-            already = "" if below else "already at the low end of the range, "
-            text.append(f"  {already}{self.name} = {value} {unit}{degrees}".rstrip())
-        elif above:
+            text.append(f"  {already}{self.name} = {value} {unit}".rstrip())
+        elif self.above:
             text.append("  none: the answer is no at the low end alone, a state of its own")
         else:
             text.append(f"  none: the answer is no at all of {len(self.verdicts)} values")
-        text += [f"    at {end['value']} {unit}: {end['text']}" for end in (below, above) if end]
+        ends = [self._entry(end) for end in (self.below, self.above) if end]
+        text += [f"    at {end['value']} {unit}: {end['text']}" for end in ends]
         if self.above and (self.above.t or 0) > LATE * until:
             text.append("    just before the horizon: a later --until may give a smaller value")
-        if above and not self.confirmed:
+        if self.above and not self.confirmed:
             text.append(
-                "  NOT CONFIRMED: a finer arithmetic answers otherwise at an end; ask for "
-                "fewer digits, or for another range"
+                "  NOT CONFIRMED: a finer arithmetic answers otherwise; ask for fewer digits"
             )
-        first = next((pair for pair in self.changes if pair[1].yes), None)
-        for pair in self.changes:
-            if below is None or pair != first:
-                low, high = (decimal(answer.value, ANSWER_DIGITS) for answer in pair)
-                text.append(
-                    f"  between {low} and {high} {unit} the answer changes to "
-                    f"{'yes' if pair[1].yes else 'no'}: {pair[1].text}"
-                )
-        if kept := kept_fixed([self.name], self.scene.sizes):
-            text.append(f"  {kept}")
-        return "\n".join([*text, f"  theorem: {self._theorem(unit)}"])
-
-    def _theorem(self, unit: str) -> str:
-        """Return the verdicts of Theorem 1.1 over the range as text."""
+        resolved = [pair for pair in self.changes if pair[1].yes][: self.below is not None]
+        for low, high in (pair for pair in self.changes if pair not in resolved):
+            values = " and ".join(decimal(end.value, ANSWER_DIGITS) for end in (low, high))
+            way = "yes" if high.yes else "no"
+            text.append(f"  between {values} {unit} the answer changes to {way}: {high.text}")
         words = [verdict.replace("_", " ") for verdict in self.verdicts]
-        if self.by_theorem is None:
-            counts = [(word, len([*same])) for word, same in itertools.groupby(words)]
-            tried = ", then ".join(f"{word} at {count}" for word, count in counts)
-            return f"of the {len(words)} values tried, from the low end: {tried}"
-        value = f"{decimal(self.by_theorem, self.digits)} {unit}".rstrip()
-        return f"{words[0]} below {self.name} = {value}, {words[-1]} from there on"
+        verdicts = "over the range " + ", then ".join(word for word, _ in itertools.groupby(words))
+        if self.by_theorem is not None:
+            value = f"{self.name} = {decimal(self.by_theorem, self.digits)} {unit}".rstrip()
+            verdicts = f"{words[0]} below {value}, {words[-1]} from there on"
+        return "\n".join([*text, f"  theorem: {verdicts}"])
 
 
 def find(
@@ -168,9 +148,9 @@ def find(
 ) -> Threshold:
     """Find the smallest value of ``name`` between ``ends`` that reaches the ``goal``.
 
-    ``name`` and ``ends`` are as in the box of a sweep's ``grid``: a start value or parameter, and
-    two numbers or "low:high". The scan has ``points`` values; of several changes of the answer
-    between two neighbours it finds one or none. The value has ``digits`` significant digits.
+    ``name`` and ``ends`` are as in the box of a sweep's ``grid``. The scan has ``points`` values;
+    of several changes of the answer between two neighbours it finds one or none. The value has
+    ``digits`` significant digits.
 
     Raises ``InputError``: an argument cannot be used, or a scene in the range is refused.
     """
@@ -180,29 +160,28 @@ def find(
     require_name("find", name, variable_names(loaded))
     require_name("goal", goal, GOALS)
     whole_number(digits, "digits", 1, MOST_DIGITS)
-    whole_number(points, "points", 2, MOST_POINTS)
+    whole_number(points, "points", 2, 10_000)
     low, high = box_ends(name, ends)
-    fine = "quad" if refused_in_doubles(loaded) else "double-double", FINE_TOLERANCE
+    fine = "quad" if refused_in_doubles(loaded) else "double-double"
 
     def in_double(value: Fraction) -> Answer:
         return answer(loaded.varied(**{name: value}), value, goal)
 
     def finely(value: Fraction) -> Answer:
-        return answer(loaded.varied(**{name: value}), value, goal, *fine)
+        return answer(loaded.varied(**{name: value}), value, goal, fine, FINE_TOLERANCE)
 
     def by_theorem(value: Fraction) -> Answer:
         verdict = theorem(loaded.varied(**{name: value}))
         return Answer(value, bool(verdict.inverts), verdict.verdict)
 
     loaded.varied(**{name: high})  # a refusal comes before the first run
-    scan = []
-    for number in range(points):
-        scan.append(in_double(low + (high - low) * number / (points - 1)))
-        progress((number + 1) / points)
-    changes = [pair for pair in itertools.pairwise(scan) if pair[0].yes != pair[1].yes]
-    below, above = next((pair for pair in changes if pair[1].yes), (None, None))
-    if scan[0].yes:
-        below, above = None, scan[0]
+    scan: list[Answer] = []
+    while len(scan) < points:
+        scan.append(in_double(low + (high - low) * len(scan) / (points - 1)))
+        progress(len(scan) / points)
+    changes = tuple(pair for pair in itertools.pairwise(scan) if pair[0].yes != pair[1].yes)
+    pairs = [(None, scan[0]), *itertools.pairwise(scan)]
+    below, above = next((pair for pair in pairs if pair[1].yes), (None, None))
     confirmed = False
     if above:
         if below:
@@ -217,30 +196,17 @@ def find(
     if len(turns) == 1 and turns[0][1].yes:
         no, yes = bisected(*turns[0], digits + 1, by_theorem)
         exact = None if no.value == low else yes.value  # the low end may be isolated
-    return Threshold(
-        loaded,
-        name,
-        goal,
-        digits,
-        low,
-        below,
-        above,
-        tuple(changes),
-        confirmed,
-        exact,
-        tuple(verdict.text for verdict in verdicts),
-    )
+    results = below, above, changes, confirmed, exact, tuple(each.text for each in verdicts)
+    isolated = below is not None and below.value == low
+    return Threshold(loaded, name, goal, digits, isolated, *results)
 
 
 def bisected(
     below: Answer, above: Answer, digits: int, answer_at: Callable[[Fraction], Answer]
 ) -> tuple[Answer, Answer]:
-    """Halve the bracket of a no and a yes until its ends agree to ``digits`` digits.
-
-    Beside 0 a part of the first width is enough, the square of that of the digits.
-    """
+    """Halve the bracket of a no and a yes until its ends agree to ``digits`` digits."""
     relative = Fraction(1, 10**digits)
-    least = relative**2 * (above.value - below.value)
+    least = relative**2 * (above.value - below.value)  # decides beside 0
     while above.value - below.value > max(relative * max(-below.value, above.value), least):
         middle = answer_at((below.value + above.value) / 2)
         below, above = (below, middle) if middle.yes else (middle, above)
@@ -255,7 +221,8 @@ def answer(
     from tt_precise.integration import integrate
 
     run = integrate(scene, precision, events=("equator",), record=(), tolerance=tolerance)
-    passage, until = crossing(run), f"{float(run.t_end):.6g} s"
+    crossed, until = crossing(run), f"{float(run.t_end):.6g} s"
+    passage = None if crossed is None else float(crossed)
     ended = "" if run.status == "complete" else f", where the motion ends: {run.status}"
     if goal in ("contact_lost", "contact_kept"):
         lost = next((float(piece.end) for piece in run.pieces if piece.leaves), None)
@@ -264,12 +231,11 @@ def answer(
         kept = run.status == "complete" and goal == "contact_kept"
         return Answer(value, kept, f"on the table up to {until}{ended}")
     if goal == "inverted":
-        end = outcome_of(run, passage).end
+        end = outcome_of(run, crossed).end
         theta = f"theta = {float(run.state.theta):.4g} rad at {until}"
         return Answer(value, end.verdict == "inverted", f"end {end.verdict}, {theta}{ended}")
-    if passage is None:
-        return Answer(value, False, f"not passed by {until}{ended}")
-    return Answer(value, True, f"passed at {float(passage):.6g} s", float(passage))
+    text = f"not passed by {until}{ended}" if passage is None else f"passed at {passage:.6g} s"
+    return Answer(value, passage is not None, text, passage)
 
 
 def crossing(run: Trajectory) -> Scalar | None:

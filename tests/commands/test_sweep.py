@@ -40,8 +40,8 @@ def test_a_csv_file_needs_no_extra(
     said(words, file)
     assert pandas.read_csv(file)["outcome"].tolist() == ["does_not_invert", "undecided"] * 2
     assert "--record lambda_ratio" in said("sweep plot", file, "--out", picture)
-    assert "parquet: not installed" in said(words, tmp_path / "map", status=2)
-    assert "parquet: not installed" in said("sweep plot", tmp_path / "map", status=2)
+    assert "tt-precise[parquet]" in said(words, tmp_path / "map", status=2)
+    assert "tt-precise[parquet]" in said("sweep plot", tmp_path / "map", status=2)
 
 
 def test_two_varied_numbers_make_a_map_of_the_outcomes(tmp_path: Path, said: Said) -> None:

@@ -3,9 +3,6 @@
 import json
 import os
 import signal
-from collections.abc import Callable
-from concurrent.futures import Executor, Future
-from functools import partial
 from typing import Any
 
 import pandas
@@ -13,24 +10,14 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.runtime.values import InputError
-from tt_precise.runtime.workers import Pool, dask_pool
+from tt_precise.runtime.workers import dask_pool
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import run as running
 from tt_precise.sweeps import single
 from tt_precise.sweeps.columns import FIXED
-from tt_precise.sweeps.starts import Sweep
 
 SCENE = load_scene("reference").varied(until="0.05")
 STARTS = tt.grid({"phi_dot": "-20:20:12"})
-
-
-class Inline(Executor):
-    """Runs tasks at once."""
-
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        future.set_result(fn(*args))
-        return future
 
 
 def test_columns_and_summary() -> None:
@@ -50,43 +37,19 @@ def test_columns_and_summary() -> None:
     assert tt.sweep(SCENE, STARTS, chunk=12, recheck=0).equals(rows)
 
 
-def test_long_sweeps_have_more_lanes_and_the_same_rows(monkeypatch: pytest.MonkeyPatch) -> None:
-    lanes: list[int] = []
-    right = running.rows_task
-
-    def task(*arguments: Any) -> Any:
-        lanes.append(arguments[-1])
-        return right(*arguments)
-
-    monkeypatch.setattr(running, "rows_task", task)
-    monkeypatch.setattr("heyoka.recommended_simd_size", lambda: 1)
-    tables = []
-    for size, many in ((1, 13), (1, 12), (2, 7), (2, 6)):
-        monkeypatch.setattr(running, "MANY_ROWS", many)
-        pool = Pool(Inline(), partial(int, size))
-        tables.append(tt.sweep(SCENE, STARTS, recheck=0, pool=pool))
-    assert lanes == [2, 4, 2, 4]
-    assert all(table.equals(tables[0]) for table in tables)
-
-
 @pytest.mark.parametrize(
     ("error", "kind"),
-    [
-        (InputError("theta: got 4"), InputError),
-        (MemoryError(), InputError),
-        (OSError(28, "No space left on device"), InputError),
-        (ValueError("a bug"), RuntimeError),
-    ],
+    [(OSError(28, "No space left on device"), InputError), (ValueError("a bug"), RuntimeError)],
 )
 def test_a_task_that_fails_names_its_rows(
     monkeypatch: pytest.MonkeyPatch, error: Exception, kind: type[Exception]
 ) -> None:
     right = running.rows_task
 
-    def task(plan: Any, values: Any, *others: Any) -> Any:
+    def task(plan: Any, values: Any, version: str) -> Any:
         if values[0, 0] > -10:
             raise error
-        return right(plan, values, *others)
+        return right(plan, values, version)
 
     monkeypatch.setattr(running, "rows_task", task)
     with pytest.raises(kind, match=rf"^sweep: rows 4 to 7: {type(error).__name__}.*; repeat the"):
@@ -105,20 +68,11 @@ def test_a_worker_that_dies_ends_the_sweep(monkeypatch: pytest.MonkeyPatch, tmp_
         tt.sweep(SCENE, STARTS, chunk=4, recheck=0, workers=2, out=out)
 
 
-def test_a_worker_of_another_version_is_refused() -> None:
-    with pytest.raises(InputError, match=r"worker: has tt_precise .*, expected 0\.0\.0 as here"):
-        running.rows_task(Sweep(SCENE, ("phi_dot",)), STARTS.to_numpy(), "0.0.0", 8)
-
-
 def test_recheck_is_a_number_of_rows() -> None:
-    with pytest.raises(InputError, match="recheck: got -1"):
-        tt.sweep(SCENE, STARTS, recheck=-1)
     checks = [tt.sweep(SCENE, STARTS, recheck=n).attrs["summary"]["recheck"] for n in (0, 5)]
     assert [check["rows"] for check in checks] == [0, 3]
-    assert checks[0] == {"rows": 0, "differences": {}, "contradictions": []}
     # g_n of size 0.2 N over some steps: some eps of it, which the stiff force enlarges tenfold
     assert 0 <= checks[1]["differences"]["min_g_n"] < 1e3 * 0.2 * 2.0**-52
-    assert not {"steps", "jellett_drift"} & {*checks[1]["differences"]}
     assert checks[1]["contradictions"] == []
 
 
@@ -129,34 +83,32 @@ def test_recheck_is_a_number_of_rows() -> None:
         ({"outcome": "inverts"}, {"column": "outcome", "double": "undecided", "finer": "inverts"}),
         ({"t_init_A": 0.5}, {"column": "t_init_A", "double": None, "finer": 0.5}),
         ({"t_stop": None}, {"column": "t_stop", "double": 0.05, "finer": None}),
+        (InputError("refused"), {"column": "failed", "finer": "InputError: refused"}),
     ],
 )
 def test_a_finer_arithmetic_contradicts(
-    monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], expected: dict[str, Any] | None
+    monkeypatch: pytest.MonkeyPatch, changes: Any, expected: dict[str, Any] | None
 ) -> None:
     right = single.fine_row_of
-    monkeypatch.setattr(single, "fine_row_of", lambda *given: {**right(*given), **changes})
+
+    def wrong(*given: Any) -> dict[str, Any]:
+        if isinstance(changes, Exception):
+            raise changes
+        return {**right(*given), **changes}
+
+    monkeypatch.setattr(single, "fine_row_of", wrong)
     check = tt.sweep(SCENE, STARTS[:1], recheck=1).attrs["summary"]["recheck"]
     assert check["contradictions"] == ([{"index": 0, **expected}] if expected else [])
-    assert (check["differences"]["min_g_n"] > 1e-3) == ("min_g_n" in changes)
+    assert (check["differences"].get("min_g_n", 0) > 1e-3) == ("min_g_n" in str(changes))
 
 
-def test_a_row_that_fails_in_a_finer_arithmetic_contradicts(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def refuse(*given: object) -> None:
-        raise InputError("it cannot be integrated")
-
-    monkeypatch.setattr(single, "fine_row_of", refuse)
-    (failed,) = tt.sweep(SCENE, STARTS[:1], recheck=1).attrs["summary"]["recheck"]["contradictions"]
-    assert (failed["index"], failed["column"]) == (0, "failed")
-
-
-def test_rows_that_continue_without_contact_are_not_compared() -> None:
+def test_rows_that_continue_without_contact_are_compared_too() -> None:
     scene = load_scene("reference").varied(until="0.7")
     rows = tt.sweep(scene, tt.grid({"mu": "0.3,3"}), contact="bilateral", recheck=1)
     assert [force > 0 for force in rows["min_g_n"]] == [True, False]
-    assert rows.attrs["summary"]["recheck"]["rows"] == 1
+    check = rows.attrs["summary"]["recheck"]
+    assert (check["rows"], check["contradictions"]) == (2, [])
+    assert check["differences"]["min_g_n"] < 1e-10
 
 
 @pytest.mark.slow

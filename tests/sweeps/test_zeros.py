@@ -4,9 +4,7 @@ import numpy
 import pytest
 
 from tt_precise.sweeps import zeros
-from tt_precise.sweeps.zeros import classified, zero_between
-
-NONE, ONE, UNCLEAR = (False, False), (True, True), (True, False)
+from tt_precise.sweeps.zeros import classified, refined
 
 
 def of_cosine(turn: float, phase: float, level: float) -> numpy.ndarray:
@@ -17,31 +15,12 @@ def of_cosine(turn: float, phase: float, level: float) -> numpy.ndarray:
     return numpy.array([[values[0]], [rates[0]], [values[1]], [rates[1]]])
 
 
-@pytest.mark.parametrize(
-    ("turn", "phase", "level", "kind"),
-    [
-        (2.0, 1.0, 1.5, NONE),
-        (2.0, 0.0, 0.3, ONE),
-        (2.0, 1.0, 0.99, UNCLEAR),  # two zeros, close together
-        (2.0, 1.0, 1.01, UNCLEAR),  # none, but the cubic does not say so
-        # two zeros between positive coefficients of the cubic
-        (4.0, 2.0, 0.9, UNCLEAR),
-        (2.0, 1.0, numpy.nan, NONE),  # a motion that failed
-    ],
-)
-def test_a_cubic_tells_none_one_or_unclear(
-    turn: float, phase: float, level: float, kind: tuple[bool, bool]
+def test_a_failed_motion_has_no_zero_and_without_its_margin_a_cubic_hides_two(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    may, single = classified(of_cosine(turn, phase, level))
-    assert (may[0], may[0] and single[0]) == kind
-
-
-def test_a_step_to_no_state_has_no_zero() -> None:
-    ends = numpy.array([-1.0, 0.0, numpy.nan, numpy.nan])[:, None]
-    assert not classified(ends)[0][0]
-
-
-def test_without_its_margin_a_cubic_hides_two_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not classified(of_cosine(2.0, 1.0, numpy.nan))[0][0]
+    assert not classified(numpy.array([[-1.0], [0.0], [numpy.nan], [numpy.nan]]))[0][0]
+    assert classified(of_cosine(4.0, 2.0, 0.9))[0][0]
     monkeypatch.setattr(zeros, "MARGIN", 0.0)
     assert not classified(of_cosine(4.0, 2.0, 0.9))[0][0]
 
@@ -71,10 +50,10 @@ def test_a_zero_has_full_accuracy_and_does_not_depend_on_others(root: float) -> 
 
     low, high, start = numpy.zeros(3), numpy.ones(3), numpy.full(3, 0.9)
     rising, distance = numpy.ones(3, dtype=bool), numpy.ones(3)
-    found = zero_between(function, (low, high), start, rising, distance)
+    found = refined(function, (low, high), start, rising, distance)
     assert found[:2] == pytest.approx(roots[:2], rel=1e-15)
     assert found[2] == pytest.approx(0.25, abs=1e-7)
-    alone = zero_between(
+    alone = refined(
         lambda at, _: function(at, numpy.zeros(1, dtype=int)),
         (low[:1], high[:1]), start[:1], rising[:1], distance[:1],
     )  # fmt: skip

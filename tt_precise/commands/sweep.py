@@ -11,6 +11,7 @@ from tt_precise.commands import options
 from tt_precise.runtime.terminal import progress_bar, say
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.runtime.workers import dask_pool, local_pool
+from tt_precise.scene.body import unit_of
 from tt_precise.scene.entries import kept_fixed
 from tt_precise.scene.scene import Scene
 
@@ -103,7 +104,6 @@ def run(
     one of the two, or no result.
     """  # noqa: D301 - the mark of click that keeps lines is a control character
     from tt_precise.sweeps import grid, sweep
-    from tt_precise.sweeps.starts import unit_of
 
     starts = grid(
         pairs(vary, "--vary", "NAME=LOW:HIGH:COUNT or NAME=A,B"),
@@ -119,7 +119,7 @@ def run(
     summary = rows.attrs["summary"]
     names = [*map(str, starts.columns)]
     kept = kept_fixed(names, scene.sizes)
-    units = {name: unit_of(name, scene.body.law) for name in names}
+    units = {name: unit_of(name, scene.body.friction, scene.body.spring) for name in names}
     text = [*lines(summary, units), *([f"  {kept}"] if kept else [])]
     options.emit(as_json, summary, text)
     contradictions = summary["recheck"]["contradictions"]
@@ -139,31 +139,28 @@ def run(
     help="Column of the vertical axis, by default the varied one before, or t_init; t_init, t_end "
     "and climb use definition A.",
 )
-@click.option("--colour", help="Column that colours the points, such as outcome.")
-@click.option("--map", "z", help="Draw this column as a map over x and y.")
+@click.option(
+    "--map", "--colour", "colour", help="Column of the colours: of a map if x and y are a grid."
+)
 @click.option("--out", type=options.FILE, help="Picture (.svg, .png or .pdf); by default Y-X.svg.")
-def plot(result: str, x: str | None, y: str | None, colour: str | None, z: str | None,
-         out: str | None) -> None:  # fmt: skip
-    """Draw the rows of RESULT: a sweep's folder or URL, a Parquet file or a CSV file.
+def plot(result: str, x: str | None, y: str | None, colour: str | None, out: str | None) -> None:
+    """Draw the rows of RESULT: a sweep's folder or URL, or a CSV file.
 
-    Over two varied columns it is a map of the outcomes, unless --map or --colour says another.
+    Over two varied columns it is a map of the outcomes, unless --map says another.
     """
     from tt_precise.runtime.plotting import save
-    from tt_precise.sweeps.picture import curve, map_of
+    from tt_precise.sweeps.picture import picture_of
     from tt_precise.sweeps.store import read_rows
 
-    if colour and z:
-        raise InputError("--colour: got --map too, expected one of the two")
     rows = read_rows(result)
     varied = [*rows.columns[1 : [*rows, "outcome"].index("outcome")]]
     x = x or (varied or ["index"])[-1]
     y = y or next((name for name in reversed(varied) if name != x), "t_init")
-    if not (colour or z) and x != y and {x, y} <= {*varied}:
-        full = len(rows) == rows[x].nunique() * rows[y].nunique()
-        colour, z = (None, "outcome") if full else ("outcome", None)
-    target = out or f"{z or y}-{x}.svg"
-    save(map_of(rows, x, y, z) if z else curve(rows, x, y, colour), target)
-    line = z == "outcome" and "lambda_ratio" not in rows
+    if not colour and x != y and {x, y} <= {*varied}:
+        colour = "outcome"
+    target = out or f"{colour or y}-{x}.svg"
+    save(picture_of(rows, x, y, colour), target)
+    line = colour == "outcome" and "lambda_ratio" not in rows
     say([str(target), *([LINE] if line else [])])
 
 
@@ -216,7 +213,9 @@ def lines(summary: dict[str, Json], varied: dict[str, str]) -> list[str]:
     count, recheck = summary["rows"], summary["recheck"]
     text = [
         f"{count} of {count} rows in {summary['seconds']:g} s "
-        f"({summary['rows_per_second']:g} rows/s)",
+        f"({summary['rows_per_second']:g} rows/s)"
+        if summary["rows_computed"]
+        else f"{count} of {count} rows, complete already: none is computed again",
         *(
             f"  {number:>9} {name.replace('_', ' ')}: {OUTCOMES[name]}"
             for name, number in summary["outcomes"].items()

@@ -34,14 +34,12 @@ DOUBLE = precision_named("double")
 
 
 class LaneSteps(NamedTuple):
-    """Recorded Taylor steps; those of one motion follow each other in order of time.
+    """Recorded Taylor steps, dimensionless; those of one motion follow each other.
 
-    ``row`` is the number of the motion, ``begin`` and ``width`` are time and length of a step,
-    dimensionless, shape (steps,). ``states`` are the states at the beginning, shape (components,
-    steps). ``last`` are the indices of the steps which no recorded step of the same motion follows,
-    and ``ends`` the states in which these steps end. ``recorded`` has the Taylor coefficients as
-    heyoka gives them, shape (steps of a lane, components, order + 1, lanes); a step is at the
-    ``position`` of its first and last axes.
+    ``row`` is the number of the motion, ``begin`` and ``width`` are time and length of a step;
+    ``states``, shape (components, steps), are at the beginning. ``last`` are the indices of the
+    steps which no recorded step of the same motion follows, and ``ends`` the states there. A step
+    is at its ``position`` in ``recorded``, shape (all steps, components, order + 1).
     """
 
     row: Array
@@ -51,12 +49,11 @@ class LaneSteps(NamedTuple):
     last: Array
     ends: Array
     recorded: Array
-    position: tuple[Array, Array]
+    position: Array
 
     def series(self, chosen: Array, component: int | slice = slice(None)) -> Array:
         """Return coefficients of the chosen steps, shape ([components,] order + 1, chosen)."""
-        step, lane = (index[chosen] for index in self.position)
-        gathered = self.recorded[step, component, :, lane]
+        gathered = self.recorded[self.position[chosen], component]
         return numpy.ascontiguousarray(numpy.moveaxis(gathered, 0, -1))
 
     def at_ends(self, values: Array, at_last: Array) -> Array:
@@ -102,7 +99,7 @@ class BatchIntegrator:
             t_events=[heyoka.t_event_batch(function) for function in terminal.values()],
             **options,
         )
-        self._series = numpy.empty((ROOM, *self._adaptive.tc.shape))
+        self._series = numpy.empty((ROOM, self.lanes, *self._adaptive.tc.shape[:2]))
         self._width = numpy.empty((ROOM, self.lanes))
         self._begin = numpy.empty((ROOM + 1, self.lanes))  # the last one: where the last step ends
         self._row = numpy.empty((ROOM, self.lanes), dtype=int)
@@ -125,7 +122,8 @@ class BatchIntegrator:
         counts, count = numpy.zeros(len(starts), dtype=int), 0
 
         series, width = adaptive.tc, adaptive.last_h  # views of heyoka's memory, which stay
-        targets = [*zip(self._series, self._width, self._begin[1:], strict=True)]
+        by_lane = numpy.moveaxis(self._series, 1, -1)  # as heyoka has them
+        targets = [*zip(by_lane, self._width, self._begin[1:], strict=True)]
 
         def record(_: Any = None) -> bool:
             nonlocal count
@@ -205,14 +203,11 @@ class BatchIntegrator:
         lane, step = numpy.nonzero((row >= 0) & (width != 0) & numpy.isfinite(width))
         row = row[lane, step]
         last = numpy.flatnonzero(numpy.diff(row, append=-1))
-        recorded = self._series[:count]
-        states = numpy.ascontiguousarray(recorded[step, :, 0, lane].T)
-        begin, width, ends = (
-            self._begin[step, lane],
-            self._width[step, lane],
-            finals.take(row[last], axis=1),
-        )
-        return LaneSteps(row, begin, width, states, last, ends, recorded, (step, lane))
+        ends, position = finals.take(row[last], axis=1), step * self.lanes + lane
+        recorded = self._series.reshape(-1, *self._series.shape[2:])
+        states = numpy.ascontiguousarray(recorded[position, :, 0].T)
+        begin, width = self._begin[step, lane], self._width[step, lane]
+        return LaneSteps(row, begin, width, states, last, ends, recorded, position)
 
 
 def states_in(series: Array, since: Array) -> Array:

@@ -1,26 +1,19 @@
-"""The columns of a sweep.
+"""The columns of a sweep: ``FIXED`` in every row, and others by name.
 
-Every row has ``FIXED``: the outcome, which is a statement about the state at the end
-(``OUTCOMES``); ``t_init_A`` to ``t_end_C``, initiation and ending time of the climb in three
-definitions (s); ``min_g_n``, the smallest normal force (N); ``jellett_drift``, the largest relative
-change of lambda, at the end and at turning points of theta; ``steps``, the number of Taylor steps;
-``t_stop``, where the motion ends (s).
-
-Extra columns are requested by name: ``climb_A``, ``climb_B``, ``climb_C`` (climbing time t_end -
-t_init), ``t_equator`` (theta first rises through pi/2), ``lambda_ratio`` (lambda/lambda_thres),
-``nu_crossing_init`` (nu_y last rises through nu_x before t_equator), ``nu_crossing_end`` (nu_y
-first falls through nu_x after it), and ``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity
-Q. Extrema come from the Taylor polynomials of the steps and both ends, never from samples.
+The outcome is a statement about the state at the end. Extra columns are ``DERIVED`` ones, and
+``min_Q``, ``max_Q``, ``start_Q``, ``end_Q`` of any quantity Q. Extrema come from the Taylor
+polynomials of the steps and both ends, never from samples. docs/howto/sweeps.md explains each.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy
 
 from tt_precise.integration.events import EXTREMUM, event_named
+from tt_precise.integration.inversion import NEEDED
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.mechanics.thresholds import energy_excludes
@@ -45,8 +38,7 @@ STATISTICS = ("min", "max", "start", "end")
 CLIMB_EVENTS = ("equator", "theta_min", "phi_dot_zero", "Lk_equals_Lz", "Lk_equals_minus_Lz")
 
 
-@dataclass(frozen=True)
-class Statistic:
+class Statistic(NamedTuple):
     """A requested value of a quantity along a trajectory, such as its minimum."""
 
     kind: str
@@ -80,10 +72,7 @@ def check_names(record: tuple[str, ...], model: str) -> None:
                 f"record: got {name!r}, expected {', '.join(DERIVED)}, or min_, max_, start_, end_ "
                 "and a quantity, such as max_nu_y"
             )
-    for name in (
-        *event_names(record),
-        *(f"{EXTREMUM}{each.quantity}" for each in extremes(record)),
-    ):
+    for name in events_of_run(record):
         event_named(name, model)
 
 
@@ -98,17 +87,19 @@ def event_names(record: tuple[str, ...]) -> tuple[str, ...]:
     return (*CLIMB_EVENTS, *(("nu_crossing",) if {*CROSSINGS} & {*record} else ()))
 
 
+def events_of_run(record: tuple[str, ...]) -> tuple[str, ...]:
+    """The events of a run from which all columns of its row follow."""
+    extrema = (f"{EXTREMUM}{each.quantity}" for each in extremes(record))
+    return tuple(dict.fromkeys((*NEEDED, *event_names(record), *extrema)))
+
+
 def extremes(record: tuple[str, ...]) -> tuple[Statistic, ...]:
-    """The requested extreme values, but for those of theta, which are at its turning points."""
-    wanted = (each for each in statistics(record)[1:] if each.extreme and each.quantity != "theta")
-    return tuple(dict.fromkeys(wanted))
+    """The extreme values that the rows need, but for those of theta, at its turning points."""
+    return tuple(each for each in statistics(record) if each.extreme and each.quantity != "theta")
 
 
 def neighbours(crossings: Iterable[tuple[Scalar, bool]], climb: Scalar) -> tuple[Scalar, Scalar]:
-    """Return the last rising crossing before the climb, and the first falling one after it.
-
-    ``crossings`` are times, in order, and whether the function rises there.
-    """
+    """Return the last rising crossing (time, rising) before the climb, the first falling after."""
     marks = [] if climb is None else [*crossings]
     before = [t for t, rising in marks if rising and t < climb]
     after = [t for t, rising in marks if not rising and t > climb]
@@ -116,19 +107,13 @@ def neighbours(crossings: Iterable[tuple[Scalar, bool]], climb: Scalar) -> tuple
 
 
 def outcomes(
-    body: Parameters,
-    z: Array,
-    lambda_: Array,
-    energy: Array,
-    crossed: Array,
-    falling: bool = True,
+    body: Parameters, z: Array, lambda_: Array, energy: Array, crossed: Array, falling: bool = True
 ) -> list[str]:
     """The outcomes of tops that kept contact.
 
-    ``body`` holds numbers, or an array with a body for each top; ``z``, ``lambda_`` and ``energy``
-    are cos theta, Jellett's integral and energy of each top at the end, in its units. ``crossed``:
-    theta has risen through pi/2. ``falling``: the energy can only fall from there; with g_n < 0 it
-    may rise.
+    ``z``, ``lambda_`` and ``energy`` are cos theta, Jellett's integral and energy of each top at
+    the end, in its units. ``crossed``: theta has risen through pi/2. ``falling``: the energy can
+    only fall from there; with g_n < 0 it may rise.
     """
     with numpy.errstate(all="ignore"):
         held = energy_excludes(body, energy + SURE * numpy.abs(energy), lambda_, z) & falling

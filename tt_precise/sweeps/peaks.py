@@ -20,10 +20,10 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Array
 from tt_precise.sweeps.batch import LaneSteps, states_in
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Statistic
-from tt_precise.sweeps.zeros import zero_between
+from tt_precise.taylor.interpolation import nodes, zero_between
 from tt_precise.taylor.series import Sized, SizedFunctions
 
-NODES = 16
+NODES = nodes(16)  # Positions x in a step, from 0 to 1; u = 2 x - 1.
 # Part of the range of the samples up to which the last three coefficients count as small.
 REPRESENTED = 1e-7
 LAST = 3
@@ -32,9 +32,7 @@ LAST = 3
 OVERSHOOT = 1 / 32
 # Roundings of a quantity, as a part of the size of its terms, and of the samples themselves.
 ROUNDING = 2.0**-45
-SMALLEST_PART = (
-    2.0**-30
-)  # Part of a step that is halved no more: a spike of a microsecond has 2^-12.
+SMALLEST_PART = 2.0**-30  # Part of a step, halved no more: a spike of a microsecond has 2^-12.
 LEADING = 6  # Terms of the series of kz'' whose bounds are sharp: the others sum to 1e-5 of it.
 
 
@@ -53,15 +51,14 @@ class PeakSearch:
 
     def search(self, steps: LaneSteps) -> None:
         """Search a block of steps."""
-        if not self._statistics:
-            return
         alone = self._statistics == (SMALLEST_FORCE,)
         step = self._low_force(steps) if alone else numpy.arange(len(steps.row))
         series, low, size = steps.series(step), numpy.zeros(len(step)), 1.0
         while len(step) and size > SMALLEST_PART:
             row, width = steps.row[step], steps.width[step]
-            samples = self._sampled(series, row, (low + size * nodes()[:, None]) * width)
-            self._raise(row, samples.max(axis=1))
+            samples = self._sampled(series, row, (low + size * NODES[:, None]) * width)
+            for peaks, highest in zip(self._peaks, samples.max(axis=1), strict=True):
+                numpy.fmax.at(peaks, row, highest)
             coarse = self._halve(samples, series, row, (low + size / 2) * width)
             self._read_polynomials(samples, coarse, series, row, low * width, size * width)
             halved = numpy.flatnonzero(coarse.any(axis=0))
@@ -98,28 +95,16 @@ class PeakSearch:
         kind, part = numpy.nonzero(~coarse & (highest >= self._peaks[:, row]))
         samples = samples[kind, :, part].T
         powers = numpy.array([_summed(weights, samples) for weights in monomials()])
-        rates = powers[1:] * numpy.arange(1, NODES)[:, None]  # of the powers of u in [-1, 1]
-        slopes = numpy.array([_horner(rates, u) for u in 2 * nodes() - 1])
+        rates = powers[1:] * numpy.arange(1, len(powers))[:, None]
+        u = 2 * NODES - 1
+        slopes = numpy.array([_horner(rates, each) for each in u])
         left, which = numpy.nonzero((slopes[:-1] > 0) & (slopes[1:] <= 0))
-
-        bends = rates[1:] * numpy.arange(1, NODES - 1)[:, None]
-
-        def slope_and_bend(x: Array, chosen: Array) -> tuple[Array, Array]:
-            u, mine = 2 * x - 1, which[chosen]
-            return _horner(rates[:, mine], u), 2 * _horner(bends[:, mine], u)
-
-        low, high = nodes()[left], nodes()[left + 1]
-        falling = numpy.zeros(len(which), dtype=bool)
-        middle, distance = (low + high) / 2, (high - low) / 2
-        x = zero_between(slope_and_bend, (low, high), middle, falling, distance)
+        falling = numpy.full(len(which), -1)
+        peak, _ = zero_between(rates[:, which], u[left], u[left + 1], falling)
         kind, part = kind[which], part[which]
-        since = begin[part] + x * width[part]
+        since = begin[part] + (1 + peak) / 2 * width[part]
         peaks = self._sampled(series.take(part, axis=2), row[part], since[None])
         numpy.fmax.at(self._peaks, (kind, row[part]), peaks[kind, 0, numpy.arange(len(kind))])
-
-    def _raise(self, row: Array, values: Array) -> None:
-        for peaks, mine in zip(self._peaks, values, strict=True):
-            numpy.fmax.at(peaks, row, mine)
 
     def _low_force(self, steps: LaneSteps) -> Array:
         """Return the steps in which the normal force may be the smallest of the motion.
@@ -156,26 +141,15 @@ class PeakSearch:
 
 
 @cache
-def nodes() -> Array:
-    """Return Chebyshev's extrema in [0, 1], both ends included."""
-    return (1 - numpy.cos(math.pi * numpy.arange(NODES) / (NODES - 1))) / 2
-
-
-@cache
 def chebyshev() -> Array:
     """Return the matrix from samples at the nodes to coefficients of Chebyshev's polynomials."""
-    number, last = numpy.arange(NODES), NODES - 1
-    cosines = numpy.cos(math.pi * (numpy.outer(number, number) % (2 * last)) / last)
-    ends = numpy.where((number == 0) | (number == last), 0.5, 1.0)
-    return numpy.outer(ends * (-1.0) ** number, ends) * cosines * 2 / last
+    return numpy.linalg.inv(numpy.polynomial.chebyshev.chebvander(2 * NODES - 1, len(NODES) - 1))
 
 
 @cache
 def monomials() -> Array:
-    """Return the matrix from samples at the nodes to coefficients of powers of u in [-1, 1]."""
-    powers = [numpy.polynomial.chebyshev.cheb2poly(unit) for unit in numpy.eye(NODES)]
-    padded = [numpy.pad(each, (0, NODES - len(each))) for each in powers]
-    return numpy.transpose(padded) @ chebyshev()
+    """Return the matrix from samples at the nodes to coefficients of 1, u, u^2 ..."""
+    return numpy.linalg.inv(numpy.vander(2 * NODES - 1, increasing=True))
 
 
 @cache

@@ -1,14 +1,16 @@
-"""Pictures of a sweep: one column against another, or a map over two of them."""
+"""Pictures of a sweep: columns against each other, and maps where rows are a grid."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tt_precise.runtime import plotting
-from tt_precise.runtime.plotting import SYMBOLS, new_figure, styled
+from tt_precise.mechanics.laws import LAWS
+from tt_precise.mechanics.quantities import QUANTITIES
+from tt_precise.runtime.plotting import CYCLE, SYMBOLS, new_figure, styled
 from tt_precise.runtime.values import InputError, require_name
+from tt_precise.scene.body import unit_of
 from tt_precise.sweeps.columns import DEFINITIONS, OUTCOMES, statistic_named
-from tt_precise.sweeps.starts import STARTS, unit_of
+from tt_precise.sweeps.starts import STARTS
 
 if TYPE_CHECKING:
     import pandas
@@ -17,76 +19,47 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHORT = {"t_init": "t_init_A", "t_end": "t_end_A", "climb": "climb_A"}
-# The colour of each outcome.
-COLOURS = dict(
-    zip(
-        OUTCOMES,
-        (
-            plotting.BLUE,
-            plotting.ORANGE,
-            plotting.GREY,
-            plotting.RED,
-            plotting.PURPLE,
-            plotting.GREEN,
-            plotting.BLACK,
-        ),
-        strict=True,
-    )
-)
+# Blue inverts, orange does not, grey is undecided, red loses contact.
+COLOURS = dict(zip(OUTCOMES, (CYCLE[n] for n in (0, 1, 7, 3, 5, 2, 6)), strict=True))
 KINDS = {"min": "least {}", "max": "largest {}", "start": "{} at the start", "end": "{} at the end"}
 SIZE = (9.6, 4.4)  # Inches of a figure.
-DECADES = 100  # Ratio of positive values from which a logarithmic scale shows more.
+DECADES = 100  # Ratio of positive values from which a logarithmic scale of colours shows more.
 THRESHOLD = r"$\lambda=\lambda_{thres}$"
 
 
 @styled()
-def curve(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> Figure:
-    """Draw ``y`` against ``x``, a point a row; coloured by outcome, or by any other column."""
-    x, y, *hues = (SHORT.get(name, name) for name in (x, y, *([colour] if colour else [])))
-    table = with_columns(rows, x, y, *hues)
-    figure = new_figure(*SIZE)
-    axes = figure.add_subplot()
-    if hues == ["outcome"]:
-        for outcome, some in table.groupby("outcome"):
-            label = outcome_label(str(outcome), len(some), rows)
-            axes.plot(some[x], some[y], "o", color=COLOURS[str(outcome)], ms=3, label=label)
-        _legend(axes)
-    elif hues:
-        points = axes.scatter(table[x], table[y], c=table[hues[0]], s=8, **_norm(table[hues[0]]))
-        figure.colorbar(points, ax=axes, label=label_of(hues[0], rows))
-    else:
-        axes.plot(table[x], table[y], "o", ms=3)
-    _scale(axes, table, x, y)
-    axes.set_xlabel(label_of(x, rows))
-    axes.set_ylabel(label_of(y, rows))
-    return figure
-
-
-@styled()
-def map_of(rows: pandas.DataFrame, x: str, y: str, z: str) -> Figure:
-    """Draw ``z`` over ``x`` and ``y``: cells where the rows are a grid, else points.
+def picture_of(rows: pandas.DataFrame, x: str, y: str, colour: str | None = None) -> Figure:
+    """Draw ``y`` against ``x``, coloured by another column.
 
     Rows with a ``lambda_ratio`` have the line where lambda is at its threshold.
+
+    Raises ``InputError``: a column does not exist, or is empty.
     """
     figure = new_figure(*SIZE)
     axes = figure.add_subplot()
-    drawn = draw_map(axes, rows, x, y, z)
-    if drawn is not None:
-        figure.colorbar(drawn, ax=axes, label=label_of(z, rows))
     x, y = SHORT.get(x, x), SHORT.get(y, y)
-    _scale(axes, rows, x, y)
-    if "lambda_ratio" in rows and not rows.duplicated([x, y]).any():
-        known = rows.dropna(subset=[x, y, "lambda_ratio"])
-        if (known["lambda_ratio"] < 1).any() and (known["lambda_ratio"] > 1).any():
-            _draw_threshold(axes, known[x], known[y], known["lambda_ratio"])
+    if colour:
+        drawn = draw_map(axes, rows, x, y, colour)
+        if drawn is not None:
+            figure.colorbar(drawn, ax=axes, label=label_of(colour, rows))
+        if "lambda_ratio" in rows:
+            _draw_threshold(axes, rows, x, y)
+    else:
+        table = with_columns(rows, x, y)
+        axes.plot(table[x], table[y], "o", ms=3)
+    axes.set(xlabel=label_of(x, rows), ylabel=label_of(y, rows))
     return figure
 
 
-def _draw_threshold(axes: Axes, x: Any, y: Any, ratio: Any) -> None:
-    """Draw the line ``ratio`` = 1 and its label so that both are seen on every colour."""
+def _draw_threshold(axes: Axes, rows: pandas.DataFrame, x: str, y: str) -> None:
+    """Draw the line lambda = lambda_thres and its label so that both are seen on every colour."""
     from matplotlib.patheffects import withStroke
 
-    line = axes.tricontour(x, y, ratio, levels=[1], colors="black", linewidths=1.2)
+    known = with_columns(rows, x, y).dropna(subset=[x, y, "lambda_ratio"])
+    ratio = known["lambda_ratio"]
+    if known.duplicated([x, y]).any() or not ratio.min() < 1 < ratio.max():
+        return
+    line = axes.tricontour(known[x], known[y], ratio, levels=[1], colors="black", linewidths=1.2)
     line.set_path_effects([withStroke(linewidth=3.6, foreground="white")])
     for label in axes.clabel(line, fmt={1: THRESHOLD}, inline=False):
         label.set(rotation=0, bbox={"facecolor": "white", "edgecolor": "black", "pad": 3})
@@ -95,36 +68,42 @@ def _draw_threshold(axes: Axes, x: Any, y: Any, ratio: Any) -> None:
 def draw_map(
     axes: Axes, rows: pandas.DataFrame, x: str, y: str, z: str, **style: Any
 ) -> ScalarMappable | None:
-    """Draw ``map_of`` into ``axes``; return the mappable of a colour bar, or None for outcomes.
+    """Draw ``z`` over ``x`` and ``y``: cells where the rows are a grid, else points.
 
-    ``style`` goes to matplotlib's ``pcolormesh`` or ``scatter``.
+    ``style`` goes to matplotlib's ``pcolormesh`` or ``scatter``. Returns the mappable of a colour
+    bar, or None for outcomes, which have a legend.
     """
-    from matplotlib.colors import ListedColormap
+    from matplotlib.colors import ListedColormap, LogNorm
     from matplotlib.patches import Patch
 
-    x, y, z = (SHORT.get(name, name) for name in (x, y, z))
+    z = SHORT.get(z, z)
     table = with_columns(rows, x, y, z)
     if z == "outcome":
         hues = ListedColormap([*COLOURS.values()])
         style = {"cmap": hues, "vmin": -0.5, "vmax": len(COLOURS) - 0.5, **style}
         counts = table["outcome"].value_counts()
-        present = [name for name in OUTCOMES if name in counts]
-        labels = [outcome_label(name, counts[name], rows) for name in present]
-        patches = [Patch(color=COLOURS[name]) for name in present]
-        _legend(axes, handles=patches, labels=labels)
+        axes.legend(
+            handles=[
+                Patch(color=COLOURS[name], label=f"{name.replace('_', ' ')} ({counts[name]})")
+                for name in OUTCOMES
+                if name in counts
+            ],
+            title=f"up to {rows['t_stop'].max():g} s",
+            loc="upper left",
+            bbox_to_anchor=(1.01, 1.0),  # beside the axes, where it hides no point
+        )
         values = table["outcome"].map([*COLOURS].index)
     else:
-        values, style = table[z], {**_norm(table[z]), **style}
-    axes.set_xlabel(label_of(x, rows))
-    axes.set_ylabel(label_of(y, rows))
+        values = table[z]
+        if 0 < DECADES * values.min() <= values.max():
+            style = {"norm": LogNorm(), **style}
     cells = table.assign(z=values).pivot_table(index=y, columns=x, values="z", dropna=False)
     drawn: ScalarMappable
     if len(table) == cells.size and min(cells.shape) > 1:
-        drawn = axes.pcolormesh(
-            cells.columns, cells.index, cells.to_numpy(), shading="nearest", **style
-        )
+        columns, index = cells.columns, cells.index
+        drawn = axes.pcolormesh(columns, index, cells.to_numpy(), shading="nearest", **style)
     else:
-        drawn = axes.scatter(table[x], table[y], c=values, s=6, **style)
+        drawn = axes.scatter(table[x], table[y], c=values, s=8, **style)
     return None if z == "outcome" else drawn
 
 
@@ -139,62 +118,24 @@ def with_columns(rows: pandas.DataFrame, *names: str) -> pandas.DataFrame:
     for name in names:
         require_name("column", name, [*rows.columns])
         if not rows[name].notna().any():
-            raise InputError(
-                f"column {name}: none of {len(rows)} rows has a value (times of the climb exist "
-                "only if the top climbs), expected another column"
-            )
+            raise InputError(f"column {name}: none of {len(rows)} rows has a value, expected some")
     return rows
 
 
 def label_of(name: str, rows: pandas.DataFrame) -> str:
-    """Return the label of an axis: a column as the report writes it, with its unit.
-
-    The unit of a friction parameter depends on the law, which rows from a manifest name.
-    """
+    """Return the label of an axis: a column as the report writes it, with its unit."""
     name = SHORT.get(name, name)
     stem, _, definition = name.rpartition("_")
     if stem in ("t_init", "t_end", "climb"):
         return f"{SYMBOLS[stem]}, definition {definition} (s)"
     if name.startswith(("t_", "nu_crossing")):
         return f"{SYMBOLS.get(name, name)} (s)"
-    statistic = statistic_named(name)
+    statistic, law = statistic_named(name), LAWS.get(rows.attrs.get("law", ""))
     key = statistic.quantity if statistic else name
     text = SYMBOLS.get(key, key)
     if statistic:
         text = KINDS[statistic.kind].format(text)
     elif name in STARTS:
         text = f"{text}(0)"
-    unit = unit_of(key, str(rows.attrs.get("law", ""))).replace("^2", "²")
-    return f"{text} ({unit})" if unit else text
-
-
-def outcome_label(name: str, count: int, rows: pandas.DataFrame) -> str:
-    """Return an outcome for a legend, with its meaning, its count, and the horizon."""
-    until = f"{rows['t_stop'].max():g} s"
-    meanings = {
-        "inverts": f"equator passed, and below it at {until}",
-        "does_not_invert": "equator never passed: energy excludes it",
-        "undecided": f"equator not passed by {until}",
-    }
-    return f"{meanings.get(name, name.replace('_', ' '))} ({count})"
-
-
-def _legend(axes: Axes, **style: Any) -> None:
-    """Draw a legend beside the axes, where it hides no point."""
-    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), **style)
-
-
-def _scale(axes: Axes, table: pandas.DataFrame, x: str, y: str) -> None:
-    """Give an axis a logarithmic scale where its values span two decades."""
-    for name, set_scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
-        if name != "outcome" and _norm(table[name]):
-            set_scale("log")
-
-
-def _norm(values: pandas.Series) -> dict[str, Any]:
-    """Return the keyword of a logarithmic scale of colours where values span two decades."""
-    from matplotlib.colors import LogNorm
-
-    known = values.dropna()
-    wide = len(known) and 0 < DECADES * known.min() <= known.max()
-    return {"norm": LogNorm()} if wide else {}
+    unit = QUANTITIES[key].unit if key in QUANTITIES else unit_of(key, law) if law else ""
+    return f"{text} ({unit.replace('^2', '²')})" if unit not in ("", "1") else text

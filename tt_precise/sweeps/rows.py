@@ -20,7 +20,7 @@ from tt_precise.integration.heyoka_backend import pooled
 from tt_precise.integration.setup import ended_at_start
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import integration_form
-from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.thresholds import lambda_thres
 from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.initial_state import InitialState
@@ -53,28 +53,22 @@ class _Lanes:
         states = numpy.array([start.state(form) for start in self._starts]).T
         self._first = self._motion(states)
         events = [event_named(name, sweep.scene.model) for name in names.event_names(record)]
-        every = any(each.extreme and each.quantity == "theta" for each in names.statistics(record))
-        self._zeros = ZeroSearch(form, self._bodies, states, events, every)
-        self._peaks = [
-            PeakSearch(form, self._bodies, each)
-            for each in ((SMALLEST_FORCE,), names.extremes(record))
-        ]
+        self._zeros = ZeroSearch(form, self._bodies, states, events)
+        self._peaks = PeakSearch(form, self._bodies, names.extremes(record))
         without_contact = (ended_at_start(s, sweep.contact, DOUBLE.context) for s in self._starts)
         self._ends = [
             LaneEnd(status or "", 0.0, state, 0)
             for status, state in zip(without_contact, states.T, strict=True)
         ]
-
-        def search(steps: LaneSteps) -> None:
-            self._zeros.search(steps)
-            for peaks in self._peaks:
-                peaks.search(steps)
-
         with pooled(_integrator, (form, sweep.contact, lanes)) as integrator:
-            integrator.integrate(self._starts, self._ends, search)
+            integrator.integrate(self._starts, self._ends, self._search)
         self._last = self._motion(numpy.array([end.state for end in self._ends]).T)
         turns = self._zeros.zeros(TURN)
         self._turns, self._at_turns = turns, self._motion(turns.state, turns.row)
+
+    def _search(self, steps: LaneSteps) -> None:
+        self._zeros.search(steps)
+        self._peaks.search(steps)
 
     def columns(self) -> dict[str, Array]:
         """Return all columns of the rows, in SI."""
@@ -82,17 +76,15 @@ class _Lanes:
         lost = [end.status == "contact_lost" and end.time > 0 for end in ends]
         arrived = [end.status == "complete" for end in ends]
         stop = self._seconds(end.time for end in ends)
-        columns = {
+        return {
             "outcome": self._outcomes(),
+            **{name: self._seconds(climb.times[name] for climb in times) for name in names.TIMES},
             "min_g_n": numpy.where(lost, 0.0, self._statistic(SMALLEST_FORCE)),
             "jellett_drift": self._drift(),
             "steps": numpy.array([end.steps for end in ends], dtype=numpy.int64),
             "t_stop": numpy.where(arrived, float(self._sweep.scene.until), stop),
+            **{name: self._extra(name) for name in self._sweep.record},
         }
-        for name in times[0].times:
-            columns[name] = self._seconds(climb.times[name] for climb in times)
-        columns |= {name: self._extra(name) for name in self._sweep.record}
-        return {name: columns[name] for name in (*names.FIXED, *self._sweep.record)}
 
     def _extra(self, name: str) -> Array:
         statistic = names.statistic_named(name)
@@ -101,39 +93,34 @@ class _Lanes:
         if name == "t_equator":
             return self._seconds(climb.equator for climb in self._times)
         if name == "lambda_ratio":
-            return self._lambda(self._first) / lambda_thres(self._first.body, numpy)
-        if name.startswith("nu_crossing"):
-            zeros = self._zeros.zeros("nu_crossing")
-            marks = zip(self._by_row(zeros.row, zeros.time, zeros.rising), self._times, strict=True)
-            after = name.endswith("end")
+            return self._value("lambda", self._first) / lambda_thres(self._first.body, numpy)
+        if name in names.CROSSINGS:
+            zeros, which = self._zeros.zeros("nu_crossing"), names.CROSSINGS.index(name)
+            crossings = self._by_row(zeros.row, zeros.time, zeros.rising)
             return self._seconds(
-                names.neighbours(zip(*crossings, strict=True), climb.equator)[after]
-                for crossings, climb in marks
+                names.neighbours(zip(*mine, strict=True), climb.equator)[which]
+                for mine, climb in zip(crossings, self._times, strict=True)
             )
         definition = name.removeprefix("climb_")
         return self._seconds(getattr(climb, definition).duration for climb in self._times)
 
     def _outcomes(self) -> list[str]:
-        last, falling = self._last, self._sweep.contact == "unilateral"
+        lambda_, energy = self._value("lambda", self._last), self._value("E", self._last)
         crossed = numpy.array([climb.equator is not None for climb in self._times])
+        falling = self._sweep.contact == "unilateral" or self._sweep.scene.model == "rolling"
         complete = names.outcomes(
-            last.body,
-            last.state.kz,
-            self._lambda(last),
-            self._value("E", last),
-            crossed,
-            falling or self._sweep.scene.model == "rolling",
+            self._last.body, self._last.state.kz, lambda_, energy, crossed, falling
         )
-        return [
-            name if end.status == "complete" else end.status
-            for end, name in zip(self._ends, complete, strict=True)
-        ]
+        statuses = [end.status for end in self._ends]
+        return numpy.where(numpy.equal(statuses, "complete"), complete, statuses).tolist()
 
     def _drift(self) -> Array:
         """Return the largest relative change of lambda, at the end and at turning points."""
-        first, row = self._lambda(self._first), self._turns.row
-        drift: Array = numpy.abs(self._lambda(self._last) - first)
-        numpy.fmax.at(drift, row, numpy.abs(self._lambda(self._at_turns) - first[row]))
+        first, last, turning = (
+            self._value("lambda", q) for q in (self._first, self._last, self._at_turns)
+        )
+        drift: Array = numpy.abs(last - first)
+        numpy.fmax.at(drift, self._turns.row, numpy.abs(turning - first[self._turns.row]))
         # the scale is that of a trajectory's drift, which is not lambda where lambda is 0
         scale = INTEGRALS["jellett"].scale
         return drift / [scale(start.motion(FLOATS.fn)) or 1.0 for start in self._starts]
@@ -148,17 +135,16 @@ class _Lanes:
             return (first if kind == "start" else last) * unit
         choose = numpy.fmin if kind == "min" else numpy.fmax
         extreme: Array = choose(first, last)
-        for peaks in self._peaks:
-            if statistic in peaks.values():
-                extreme = choose(extreme, peaks.values()[statistic])
         if name == "theta":
             choose.at(extreme, self._turns.row, self._value(name, self._at_turns))
+        else:
+            extreme = choose(extreme, self._peaks.values()[statistic])
         return extreme * unit
 
     @cached_property
     def _times(self) -> list[inversion.InversionTimes]:
         """The times of the climb of each row; a top with lambda < 0 is its mirror image."""
-        mirror, turns = numpy.sign(self._lambda(self._first)), self._turns
+        mirror, turns = numpy.sign(self._value("lambda", self._first)), self._turns
         theta = self._value("theta", self._at_turns)
         rate = self._value("phi_dot", self._at_turns) * mirror[turns.row]
         climbs = self._zeros.zeros(CLIMB)
@@ -167,8 +153,8 @@ class _Lanes:
         def turning_points(rising: bool) -> Iterable[inversion.TurningPoints]:
             some = turns.rising == rising
             columns = (column[some] for column in (turns.time, theta, rate))
-            return (
-                inversion.TurningPoints(*mine) for mine in self._by_row(turns.row[some], *columns)
+            return itertools.starmap(
+                inversion.TurningPoints, self._by_row(turns.row[some], *columns)
             )
 
         def times(name: str) -> Iterable[list[float]]:
@@ -185,10 +171,8 @@ class _Lanes:
             backwards,
             strict=True,
         )
-        return [
-            inversion.from_inversion_events(inversion.InversionEvents(*mark), math.pi)
-            for mark in marks
-        ]
+        events = itertools.starmap(inversion.InversionEvents, marks)
+        return [inversion.from_inversion_events(each, math.pi) for each in events]
 
     def _motion(self, states: Array, row: Array | slice = slice(None)) -> Motion:
         body = self._form.body([*self._bodies[:, row]])
@@ -196,10 +180,6 @@ class _Lanes:
 
     def _value(self, name: str, q: Motion) -> Array:
         value: Array = QUANTITIES[name].evaluate(q) + numpy.zeros(q.state.kz.shape)
-        return value
-
-    def _lambda(self, q: Motion) -> Array:
-        value: Array = jellett(q) + numpy.zeros(q.state.kz.shape)
         return value
 
     def _seconds(self, times: Iterable[float | None]) -> Array:

@@ -28,12 +28,9 @@ if TYPE_CHECKING:
 
 MOST_CHUNKS = 2000  # Larger sweeps have larger chunks, which are files in a folder.
 CHUNK, CHUNK_ALONE = 256, 4  # Rows of a task at least: each takes a second, in lanes and alone.
-# Rows of a worker from which four SIMD vectors of lanes, which are 1.2 times as fast as two, save
-# more than compiling them costs (6 s instead of 3).
-MANY_ROWS = 10_000
+VECTORS = 2  # SIMD vectors of lanes. Four are 1.2 times as fast, and compile in 6 s instead of 3.
 RECHECK = 1000  # One row in so many is integrated again in a finer arithmetic.
 UNUSABLE = (InputError, OSError, MemoryError, WorkerDiedError)
-Ranges = dict[str, dict[str, float | None]]
 
 
 class Summary(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_precise.sweep/2"):
@@ -41,7 +38,9 @@ class Summary(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
 
     rows: Annotated[int, means("number of rows")]
     outcomes: Annotated[dict[str, int], means("number of rows with each outcome")]
-    columns: Annotated[Ranges, means("min, max and mean of each column, and missing values")]
+    columns: Annotated[
+        dict[str, dict[str, float | None]], means("min, max, mean of columns; missing values")
+    ]
     recheck: Annotated[
         dict[str, Json], means("rows again in a finer arithmetic: differences, contradictions")
     ]
@@ -80,8 +79,7 @@ def sweep(
     contact
         "unilateral": a row ends where g_n reaches 0; "bilateral": a row continues with g_n < 0.
     out
-        A file ``.csv``, or a folder or URL for Parquet files. The same call after an interruption
-        computes the missing rows.
+        A file ``.csv``, or a folder or URL for Parquet files. The same call computes missing rows.
     workers, pool, chunk
         Processes; with more than one a script needs ``if __name__ == "__main__"``. A ``pool``, such
         as a cluster, replaces the processes. ``chunk`` is the number of rows of a task.
@@ -90,18 +88,11 @@ def sweep(
     progress
         A function that is called with the finished fraction.
 
-    Returns
-    -------
-    pandas.DataFrame
-        ``index``, the columns of ``starts``, and the columns of ``tt_precise.sweeps.columns``, in
-        SI; ``attrs["summary"]`` has counts, ranges and settings.
+    Returns ``index``, the columns of ``starts``, and the columns of ``tt_precise.sweeps.columns``,
+    in SI; ``attrs["summary"]`` has counts, ranges and settings.
 
-    Raises
-    ------
-    InputError
-        An argument cannot be used, or a worker process ended.
-    RuntimeError
-        A task failed. Finished rows are stored, and the same call resumes.
+    Raises ``InputError``: an argument cannot be used, or a worker process ended; ``RuntimeError``:
+    a task failed. Finished rows are stored, and the same call resumes.
     """
     import pandas
 
@@ -118,21 +109,29 @@ def sweep(
     manifest = {
         "tt_precise": __version__,
         "rows": len(values),
+        "chunk": size,
         "starts": hashlib.sha256(values.tobytes()).hexdigest(),
         **plan.description(),
     }
-    store = store_at(None if out is None else str(out), manifest, size)
+    store = store_at(str(out or ""), manifest)
     with nullcontext(pool) if pool else local_pool(workers) as at_work:
-        missing = [n for n in range(-(-len(values) // store.chunk)) if n not in store.finished]
-        parts = {n: values[n * store.chunk : (n + 1) * store.chunk] for n in missing}
+        parts = {
+            first // size: values[first : first + size]
+            for first in range(0, len(values), size)
+            if first // size not in store.finished
+        }
         computed = sum(map(len, parts.values()))
-        lanes = _lanes(computed // at_work.size())
-        calls = [Call(n, (plan, part, __version__, lanes)) for n, part in parts.items()]
+        calls = [Call(n, (plan, part, __version__)) for n, part in parts.items()]
         done = len(values) - computed
         for call, result in at_work.perform(rows_task, calls):
-            first, part = call.key * store.chunk, parts[call.key]
+            first, part = call.key * size, parts[call.key]
             if isinstance(result, Failure):
-                raise _ended(first, first + len(part) - 1, result, out)
+                kind = InputError if isinstance(result.error, UNUSABLE) else RuntimeError
+                stored = f" (finished rows are stored in {out})" if out else ""
+                raise kind(
+                    f"sweep: rows {first} to {first + len(part) - 1}: {result.reason}; repeat the "
+                    f"command{stored}"
+                ) from result.error
             index = numpy.arange(first, first + len(part))
             varied = dict(zip(plan.names, part.T, strict=True))
             store.keep(call.key, pandas.DataFrame({"index": index, **varied, **result}))
@@ -151,42 +150,27 @@ def sweep(
         seconds=round(seconds, 3),
         rows_per_second=round(computed / seconds, 1),
         specification=manifest,
-        out=None if out is None else str(out),
+        out=str(out) if out else None,
     )
     rows.attrs = {"law": plan.scene.body.law, "summary": to_builtins(summary)}
     return rows
 
 
-def rows_task(plan: Sweep, values: Array, version: str, lanes: int) -> Mapping[str, Array]:
+def rows_task(plan: Sweep, values: Array, version: str) -> Mapping[str, Array]:
     """Integrate some rows, in a worker; return the columns of the results."""
     from tt_precise.sweeps.rows import integrate_rows
 
     if __version__ != version:
         raise InputError(f"worker: has tt_precise {__version__}, expected {version} as here")
-    return integrate_rows(plan, values, lanes)
+    return integrate_rows(plan, values, VECTORS * int(import_heyoka().recommended_simd_size()))
 
 
-def _lanes(rows: int) -> int:
-    """Return the number of lanes of a worker with so many rows."""
-    return (4 if rows >= MANY_ROWS else 2) * int(import_heyoka().recommended_simd_size())
-
-
-def _ended(first: int, last: int, failure: Failure, out: str | Path | None) -> Exception:
-    """Return the error that ends a sweep: unusable input or resources, or a bug."""
-    stored = f" (finished rows are stored in {out})" if out else ""
-    reason = f"sweep: rows {first} to {last}: {failure.reason}; repeat the command{stored}"
-    error = (InputError if isinstance(failure.error, UNUSABLE) else RuntimeError)(reason)
-    error.__cause__ = failure.error
-    return error
-
-
-def _ranges(rows: pandas.DataFrame) -> Ranges:
-    ranges: Ranges = {}
-    for name, column in rows.drop(columns=["index", "outcome"]).items():
-        values = {"min": column.min(), "max": column.max(), "mean": column.mean()}
-        numbers = {key: None if value != value else float(value) for key, value in values.items()}
-        ranges[str(name)] = {**numbers, "missing": int(column.isna().sum())}
-    return ranges
+def _ranges(rows: pandas.DataFrame) -> dict[str, dict[str, float | None]]:
+    numbers = rows.drop(columns=["index", "outcome"])
+    ranges = numbers.agg(["min", "max", "mean"]).astype(object)
+    known = ranges.where(ranges.notna(), None).to_dict()
+    missing = numbers.isna().sum().to_dict()
+    return {str(name): {**values, "missing": missing[name]} for name, values in known.items()}
 
 
 # ---- rows again, in a finer arithmetic -----------------------------------------------------------
@@ -196,7 +180,7 @@ def recheck_task(plan: Sweep, values: list[float]) -> dict[str, Json]:
     """Integrate a row again by another integrator, in a worker."""
     from tt_precise.sweeps.single import fine_row_of
 
-    return fine_row_of(plan.scene_of(values), plan.record)
+    return fine_row_of(plan.scene_of(values), plan.record, plan.contact)
 
 
 def _check_again(
@@ -205,14 +189,10 @@ def _check_again(
     """Compare one row in ``one_in`` with the same row in a finer arithmetic."""
     count = -(-len(rows) // one_in) if one_in else 0
     drawn = numpy.random.default_rng(0).choice(len(rows), count, replace=False)
-    # beyond a loss of contact a finer integration does not continue
-    compared = (rows["min_g_n"] > 0) | (plan.contact == "unilateral")
-    chosen = [n for n in sorted(drawn.tolist()) if compared[n]]
+    calls = [Call(n, (plan, values[n].tolist())) for n in sorted(drawn.tolist())]
     differences: dict[str, float] = {}
     contradictions: list[dict[str, Json]] = []
-    for call, again in pool.perform(
-        recheck_task, [Call(n, (plan, values[n].tolist())) for n in chosen]
-    ):
+    for call, again in pool.perform(recheck_task, calls):
         if isinstance(again, Failure):
             contradictions.append({"index": call.key, "column": "failed", "finer": again.reason})
             continue
@@ -221,8 +201,8 @@ def _check_again(
             double = None if double != double else double if name == "outcome" else float(double)
             if name == "outcome" or None in (double, finer):
                 if double != finer:
-                    values_there = {"double": double, "finer": finer}
-                    contradictions.append({"index": call.key, "column": name, **values_there})
+                    pair = {"double": double, "finer": finer}
+                    contradictions.append({"index": call.key, "column": name, **pair})
             elif name not in ("steps", "jellett_drift"):  # an arithmetic has its own
                 differences[name] = max(differences.get(name, 0.0), abs(double - finer))
-    return {"rows": len(chosen), "differences": differences, "contradictions": contradictions}
+    return {"rows": count, "differences": differences, "contradictions": contradictions}

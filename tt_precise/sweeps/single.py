@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from tt_precise.integration.events import EXTREMUM
-from tt_precise.integration.inversion import NEEDED, InversionTimes
+from tt_precise.integration.inversion import InversionTimes
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import ended_at_start, refused_in_doubles
 from tt_precise.mechanics.quantities import QUANTITIES, jellett
@@ -51,10 +51,12 @@ def rows_of(scenes: Iterable[Scene], record: tuple[str, ...], contact: str) -> d
     }
 
 
-def fine_row_of(scene: Scene, record: tuple[str, ...]) -> dict[str, Json]:
+def fine_row_of(
+    scene: Scene, record: tuple[str, ...], contact: str = "unilateral"
+) -> dict[str, Json]:
     """Return the columns of a row from another integrator, in a finer arithmetic."""
     precision = "quad" if refused_in_doubles(scene) else "double-double"
-    return row_of(scene, record, precision=precision, tolerance=FINE_TOLERANCE)
+    return row_of(scene, record, contact, precision=precision, tolerance=FINE_TOLERANCE)
 
 
 def row_of(
@@ -77,9 +79,14 @@ def row_of(
         unit = start.units.of_dimension(force.dimension)
         least = float(force.evaluate(start.motion(DOUBLE.context)) * unit)
         return {"outcome": ended, "min_g_n": least, "t_stop": 0.0, "steps": 0}
-    run = integrate(scene, events=_events(record), record=(), contact=contact, **arithmetic)
+    run = integrate(
+        scene, events=names.events_of_run(record), record=(), contact=contact, **arithmetic
+    )
     times, q = run.inversion, run.start.motion(run.precision.context)
     threshold = lambda_thres(q.body, q.fn) if q.body.gamma < 1 + q.body.alpha else None
+    table = run.event_table(())
+    events = zip(table["name"], table["t"], table["direction"], strict=True)
+    crossings = [(t, way > 0) for name, t, way in events if name == "nu_crossing"]
     columns: dict[str, Any] = {
         "outcome": _outcome(run, scene, times, contact),
         **times.times,
@@ -88,29 +95,15 @@ def row_of(
         "t_stop": run.t_end,
         "t_equator": times.equator,
         "lambda_ratio": None if threshold is None else jellett(q) / threshold,
+        **dict(zip(names.CROSSINGS, names.neighbours(crossings, times.equator), strict=True)),
         **{f"climb_{d}": getattr(times, d).duration for d in names.DEFINITIONS},
         **{f"{one.kind}_{one.quantity}": _value(run, one) for one in names.statistics(record)},
     }
-    if {*names.CROSSINGS} & {*record}:
-        table = run.event_table(())
-        crossings = [
-            (t, way > 0)
-            for name, t, way in zip(table["name"], table["t"], table["direction"], strict=True)
-            if name == "nu_crossing"
-        ]
-        before, after = names.neighbours(crossings, times.equator)
-        columns |= {"nu_crossing_init": before, "nu_crossing_end": after}
     return {
         name: value if isinstance(value, str | int | None) else float(value)
         for name, value in columns.items()
         if name in names.FIXED or name in record
     }
-
-
-def _events(record: tuple[str, ...]) -> tuple[str, ...]:
-    wanted = (names.SMALLEST_FORCE, *names.extremes(record))
-    extrema = dict.fromkeys(f"{EXTREMUM}{each.quantity}" for each in wanted)
-    return (*dict.fromkeys((*NEEDED, *names.event_names(record))), *extrema)
 
 
 def _outcome(run: Trajectory, scene: Scene, times: InversionTimes, contact: str) -> str:

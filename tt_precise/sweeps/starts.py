@@ -7,6 +7,8 @@ a row can be computed again from its own line of the result.
 from __future__ import annotations
 
 import itertools
+import json
+import math
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
@@ -16,10 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from tt_precise.integration.setup import CONTACTS
-from tt_precise.mechanics.laws import LAWS
-from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import Array, InputError, Json, require_name, whole_number
-from tt_precise.scene.body import unit_of as unit_of_entry
 from tt_precise.scene.entries import written
 from tt_precise.scene.numerals import parse, within_doubles
 from tt_precise.scene.scene import Scene, Start
@@ -54,10 +53,7 @@ class Sweep:
     def __post_init__(self) -> None:
         require_name("contact", self.contact, CONTACTS)
         if self.contact == "bilateral" and self.scene.in_pieces:
-            raise InputError(
-                f"contact: got bilateral for {self.scene.name}, whose motion comes in segments, "
-                "expected unilateral"
-            )
+            raise InputError(f"contact: got bilateral, expected unilateral for {self.scene.name}")
         for name in self.names:
             require_name("sweep", name, variable_names(self.scene))
         if len({*self.names}) < len(self.names):
@@ -88,47 +84,33 @@ class Sweep:
             values = numpy.ascontiguousarray(starts.to_numpy(dtype=float))
         except (TypeError, ValueError) as error:
             raise InputError(f"starts: {error}, expected numbers in every column") from None
-        if not 0 < len(values) <= MOST_ROWS or not numpy.isfinite(values).all():
+        finite = numpy.isfinite(values).all(axis=1).sum()
+        if not 0 < finite == len(values) <= MOST_ROWS:
             raise InputError(
-                f"starts: got {len(values)} rows, {numpy.isfinite(values).all(axis=1).sum()} of "
-                f"finite numbers, expected 1 to {MOST_ROWS} rows of finite numbers"
+                f"starts: got {len(values)} rows, {finite} of finite numbers, expected 1 to "
+                f"{MOST_ROWS} rows of finite numbers"
             )
-        ends = [*values.argmin(axis=0), *values.argmax(axis=0)] if self.names else []
-        for row in sorted({*map(int, ends)}):
+        for row in {*values.argmin(axis=0), *values.argmax(axis=0)}:
             self.scene.varied(**dict(zip(self.names, values[row].tolist(), strict=True)))
         return values
 
     def description(self) -> dict[str, Json]:
-        """Return everything on which the rows depend, in JSON values."""
-        scene, body = self.scene, self.scene.body
-        return {
-            "scene": scene.name,
-            "model": scene.model,
-            "body": {name: str(value) for name, value in body.numbers_by_name.items()},
-            "law": body.law,
-            "spring": body.spring,
-            "flies": scene.flies,
-            "start": {name: str(getattr(scene.start, name)) for name in STARTS},
-            "given": {name: str(value) for name, value in scene.derived_from.items()},
-            "sizes": sorted(scene.sizes),
-            "until": str(scene.until),
-            "names": list(self.names),
-            "record": list(self.record),
+        """Return everything on which the rows depend but the starts, in JSON values."""
+        description = {
+            "scene": self.scene.name,
+            "law": self.scene.body.law,
+            "tables": self.scene.tables,
+            "names": self.names,
+            "record": self.record,
             "contact": self.contact,
         }
+        return dict(json.loads(json.dumps(description, default=str)))
 
 
 def variable_names(scene: Scene) -> tuple[str, ...]:
     """Return the names that a sweep can vary: the numbers of the scene's file."""
     lifted = LIFTED if isinstance(scene.start, LiftedStart) or scene.body.spring else ()
     return (*STARTS, "psi_dot", *lifted, *scene.body.numbers_by_name)
-
-
-def unit_of(name: str, law: str = "") -> str:
-    """Return the unit of a varied name under a friction law ("" if unknown); "" without a unit."""
-    quantity, laws = QUANTITIES.get(name), [LAWS[law]] if law in LAWS else LAWS.values()
-    units = {quantity.unit} if quantity else {unit_of_entry(name, each) for each in laws}
-    return units.pop() if len(units) == 1 and units != {"1"} else ""
 
 
 def grid(
@@ -139,22 +121,12 @@ def grid(
 ) -> pandas.DataFrame:
     """Return a table of starts: the grid of ``vary``, with samples of a box at each of its points.
 
-    Parameters
-    ----------
-    vary
-        Values by name, as numbers or as text: "0.1,0.2", or "-200:200:801" for 801 values, ends
-        included. The last name changes fastest. Numbers are as in a scene, units included.
-    box, samples, seed
-        Ranges by name, as two numbers or as "low:high", and the number and the seed of the points
-        of a Sobol sequence in them.
+    ``vary`` has values by name, as numbers or as text: "0.1,0.2", or "-200:200:801" for 801 values,
+    ends included; the last name changes fastest. ``box`` has ranges by name, as two numbers or as
+    "low:high", for ``samples`` points of a Sobol sequence. Numbers are as in a scene, with units.
 
-    Raises
-    ------
-    InputError
-        A value cannot be used, or a name stands in both.
+    Raises ``InputError``: a value cannot be used, or a name stands in both.
 
-    Examples
-    --------
     >>> len(grid({"phi_dot": "-200:200:801"}))
     801
     """
@@ -170,33 +142,28 @@ def grid(
         )
     if both := axes.keys() & ranges.keys():
         raise InputError(f"box: got {', '.join(sorted(both))} as in vary, expected each name once")
-    floats = [[float(value) for value in values] for values in axes.values()]
-    count = max(1, samples)
-    for values in floats:
-        count *= len(values)
+    count = math.prod([max(1, samples), *map(len, axes.values())])
     if count > MOST_ROWS:
         raise InputError(f"vary: got {count} rows, expected at most {MOST_ROWS}")
-    points = numpy.array([*itertools.product(*floats)])
-    if ranges:
-        low, high = numpy.array([[float(end) for end in ends] for ends in ranges.values()]).T
-        sampled = low + (high - low) * _sobol(len(ranges), samples, seed)
-        each = numpy.repeat(points, samples, axis=0)
-        points = numpy.hstack([each, numpy.tile(sampled, (len(points), 1))])
-    return pandas.DataFrame(points, columns=[*axes, *ranges])
+    floats = [[float(value) for value in values] for values in axes.values()]
+    table = pandas.DataFrame(itertools.product(*floats), columns=[*axes], dtype=float)
+    return table.merge(_samples(ranges, samples, seed), how="cross") if ranges else table
 
 
-def _sobol(dimensions: int, samples: int, seed: int) -> Array:
+def _samples(ranges: Mapping[str, tuple[Fraction, Fraction]], count: int, seed: int) -> Any:
+    import pandas
     from scipy.stats import qmc
 
     with warnings.catch_warnings():  # SciPy advises a power of 2, which the caller chooses
         warnings.filterwarnings("ignore", message="The balance properties of Sobol'")
-        points: Array = qmc.Sobol(dimensions, bits=52, rng=seed).random(samples)
-    return points
+        points = qmc.Sobol(len(ranges), bits=52, rng=seed).random(count)
+    low, high = numpy.array([*ranges.values()], dtype=float).T
+    return pandas.DataFrame(low + (high - low) * points, columns=[*ranges])
 
 
 def axis(name: str, values: Values) -> tuple[Fraction, ...]:
     """Return the exact values of an axis: numbers, "0.1,0.2", or "first:last:count"."""
-    if isinstance(values, str) and (":" in values or ".." in values):
+    if isinstance(values, str) and ":" in values:
         *ends, count = values.split(":")
         if len(ends) != 2 or not count.strip().isdecimal() or not 2 <= int(count) <= MOST_ROWS:
             raise InputError(
@@ -229,8 +196,7 @@ def _numbers(name: str, values: Iterable[Any]) -> tuple[Fraction, ...]:
     values = [*values]
     numbers = tuple(within_doubles(written(value, name), name) for value in values)
     texts = [*map(str, values)]
-    bare = (number and "pi" not in text for text, number in zip(texts, numbers, strict=True))
-    with_unit = [bool(parse(text)[1]) for text in texts]
-    if any(with_unit) and any(b and not u for b, u in zip(bare, with_unit, strict=True)):
+    sized = [text for text, number in zip(texts, numbers, strict=True) if number]
+    if len({bool(parse(text)[1]) for text in sized if "pi" not in text}) > 1:
         raise InputError(f"{name}: got {', '.join(texts)}, expected a unit in each, or in none")
     return numbers

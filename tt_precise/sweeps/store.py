@@ -6,9 +6,9 @@ the rows depend. A sweep that was interrupted at any moment resumes with the mis
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,8 +27,8 @@ EXPECTED = "expected the folder, URL or file of a sweep"
 class MemoryStore:
     """Chunks of rows in memory; ``finished`` are the numbers of those that need no computation."""
 
-    def __init__(self, chunk: int):
-        self.chunk, self.finished = chunk, set[int]()
+    def __init__(self) -> None:
+        self.finished = set[int]()
         self._frames: dict[int, pandas.DataFrame] = {}
 
     def keep(self, number: int, rows: pandas.DataFrame) -> None:
@@ -45,35 +45,41 @@ class MemoryStore:
 class CsvFile(MemoryStore):
     """One CSV file; until it is complete, finished chunks stand in ``OUT.part``.
 
-    A chunk with a line that was cut short is computed again.
+    A chunk with a line that was cut short is computed again. The manifest of a complete file has
+    its hash: the same sweep computes nothing again, another one replaces the file.
 
     Raises ``InputError``: the part is of another sweep, or a file cannot be written.
     """
 
-    def __init__(self, out: str, manifest: Mapping[str, Json], chunk: int):
-        self._out, self._part = Path(out), Path(f"{out}.part")
-        if self._part.exists():
-            chunk = _chunk_of(_beside(out), manifest, str(self._part))
-        super().__init__(chunk)
-        if self._part.exists():
-            self._load(int(manifest["rows"]))
+    def __init__(self, out: str, manifest: Mapping[str, Json]):
+        super().__init__()
+        self._out, self._part, self._manifest = Path(out), Path(f"{out}.part"), manifest
+        earlier = _beside(out)
+        begun = self._part.exists() and self._part.stat().st_size > 0
+        if begun:
+            _require_same(earlier, manifest, out)
+        self._complete = not begun and earlier == {**manifest, "sha256": _sha256(self._out)}
+        if begun or self._complete:
+            self._load(self._part if begun else self._out)
         self.finished = {*self._frames}
-        atomic_write(f"{out}.json", _text(manifest, chunk))
-        atomic_write(self._part, "")
-        for rows in self._frames.values():
-            self._append(rows)
+        if not self._complete:
+            atomic_write(f"{out}.json", _text(manifest))
+            atomic_write(self._part, "")
+            for rows in self._frames.values():
+                self._append(rows)
 
-    def _load(self, count: int) -> None:
+    def _load(self, path: Path) -> None:
         """Read the chunks of which every line is complete."""
         import pandas
 
-        text = self._part.read_text(encoding="utf-8")
+        count, chunk = self._manifest["rows"], self._manifest["chunk"]
+        text = path.read_text(encoding="utf-8")
         if whole := text[: text.rfind("\n") + 1]:
             # through texts, because the parser of pandas 2 rounds numbers wrongly
             table = pandas.read_csv(io.StringIO(whole), dtype=str)
             table = table.astype({name: KINDS.get(str(name), "float64") for name in table})
-            for number, rows in table.groupby(table["index"] // self.chunk):
-                if len(rows) == min(self.chunk, count - number * self.chunk):
+            for number, rows in table.groupby(table["index"] // chunk):
+                if len(rows) == min(chunk, count - number * chunk):
                     self._frames[number] = rows
 
     def keep(self, number: int, rows: pandas.DataFrame) -> None:
@@ -84,9 +90,12 @@ class CsvFile(MemoryStore):
     def rows(self) -> pandas.DataFrame:
         """Write the file, and return all rows."""
         rows = super().rows()
-        with replacing(self._out) as temporary:
-            rows.to_csv(temporary, index=False)
-        self._part.unlink()
+        if not self._complete:
+            with replacing(self._out) as temporary:
+                rows.to_csv(temporary, index=False)
+            manifest = {**self._manifest, "sha256": _sha256(self._out)}
+            atomic_write(f"{self._out}.json", _text(manifest))
+            self._part.unlink()
         return rows
 
     def _append(self, rows: pandas.DataFrame) -> None:
@@ -100,16 +109,13 @@ class Folder(MemoryStore):
     Raises ``InputError``: the folder has another sweep, or the extra ``parquet`` is not installed.
     """
 
-    def __init__(self, out: str, manifest: Mapping[str, Json], chunk: int):
+    def __init__(self, out: str, manifest: Mapping[str, Json]):
+        super().__init__()
         self._files, self._root = _file_system(out)
-        earlier = _in_folder(self._files, self._root)
-        if earlier:
-            chunk = _chunk_of(earlier, manifest, out)
-        elif self._files.exists(self._root) and self._files.ls(self._root):
-            raise InputError(f"{out}: not empty, expected a new folder or that of a sweep")
-        super().__init__(chunk)
+        if self._files.exists(self._root) and self._files.ls(self._root):
+            _require_same(_in_folder(self._files, self._root), manifest, out)
         self.finished = {int(Path(path).stem[5:]) for path in _chunks(self._files, self._root)}
-        self._write(MANIFEST, _text(manifest, chunk).encode())
+        self._write(MANIFEST, _text(manifest).encode())
 
     def keep(self, number: int, rows: pandas.DataFrame) -> None:
         """Write the rows of a chunk."""
@@ -126,11 +132,11 @@ class Folder(MemoryStore):
         write(f"{self._root}/{name}", content)
 
 
-def store_at(out: str | None, manifest: Mapping[str, Json], chunk: int) -> MemoryStore:
-    """Return the store of a sweep: memory, a CSV file, or a folder."""
-    if out is None:
-        return MemoryStore(chunk)
-    return (CsvFile if out.endswith(".csv") else Folder)(out, manifest, chunk)
+def store_at(out: str, manifest: Mapping[str, Json]) -> MemoryStore:
+    """Return the store of a sweep: a CSV file, a folder, or memory where ``out`` is empty."""
+    if not out:
+        return MemoryStore()
+    return (CsvFile if out.endswith(".csv") else Folder)(out, manifest)
 
 
 def read_rows(path: str | Path) -> pandas.DataFrame:
@@ -146,13 +152,10 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
     try:
         if not out.endswith(".csv"):
             return _read_folder(*_file_system(out))
-        with warnings.catch_warnings(action="error"):  # of lines with too many cells
-            rows = pandas.read_csv(out, index_col=False)
-    except FileNotFoundError:
-        raise InputError(f"{out}: no rows there, {EXPECTED}") from None
-    except (OSError, ValueError, Warning) as error:
-        if isinstance(error, InputError):
-            raise
+        rows = pandas.read_csv(out, index_col=False)
+    except InputError:
+        raise
+    except (OSError, ValueError) as error:
         raise InputError(f"{out}: {str(error).splitlines()[0][:200]}; {EXPECTED}") from None
     rows.attrs["law"] = _beside(out).get("law", "")
     return rows
@@ -161,8 +164,7 @@ def read_rows(path: str | Path) -> pandas.DataFrame:
 def _read_folder(files: Any, root: str) -> pandas.DataFrame:
     import pandas
 
-    manifest = _in_folder(files, root)
-    if not manifest:
+    if not (manifest := _in_folder(files, root)):
         raise InputError(f"{root}: no rows there, {EXPECTED}")
     frames = [pandas.read_parquet(files.open(path)) for path in _chunks(files, root)]
     if (count := sum(map(len, frames))) != manifest["rows"]:
@@ -172,15 +174,17 @@ def _read_folder(files: Any, root: str) -> pandas.DataFrame:
     return rows
 
 
-def _text(manifest: Mapping[str, Json], chunk: int) -> str:
-    return json.dumps({**manifest, "chunk": chunk}, indent=2) + "\n"
+def _text(manifest: Mapping[str, Json]) -> str:
+    return json.dumps(manifest, indent=2) + "\n"
 
 
-def _chunk_of(earlier: Mapping[str, Json], manifest: Mapping[str, Json], where: str) -> int:
-    """Return the rows of a chunk of an interrupted sweep, which must be the same sweep."""
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
+
+
+def _require_same(earlier: Mapping[str, Json], manifest: Mapping[str, Json], out: str) -> None:
     if any(earlier.get(key) != value for key, value in manifest.items()):
-        raise InputError(f"{where}: has another sweep, expected it removed, or another --out")
-    return int(earlier["chunk"])
+        raise InputError(f"{out}: has another sweep, or no sweep, expected another --out")
 
 
 def _beside(out: str) -> dict[str, Json]:
@@ -204,12 +208,9 @@ def _file_system(out: str) -> tuple[Any, str]:
     try:
         import fsspec
         import pyarrow.parquet  # noqa: F401
-    except ImportError:
-        raise InputError(
-            "parquet: not installed, expected pip install 'tt-precise[parquet]', or --out rows.csv"
-        ) from None
-    try:
+
         files, root = fsspec.core.url_to_fs(out)
-    except (ImportError, ValueError) as error:  # s3fs is missing, for example
-        raise InputError(f"{out}: {error}; expected a folder or a URL of fsspec") from None
+    except (ImportError, ValueError) as error:  # the extra or s3fs is missing, for example
+        expected = "expected rows.csv, or tt-precise[parquet] and a folder or URL of fsspec"
+        raise InputError(f"{out}: {error}; {expected}") from None
     return files, str(root).rstrip("/")

@@ -2,14 +2,13 @@
 
 The cubic through value and rate at both ends of an interval decides: the function has no zero
 there, or one, or it is unclear, and the interval is halved. Newton's method on the function itself
-follows. Only the zeros on which the times of the climb depend are computed. The bits of a zero do
-not depend on other motions.
+follows. The bits of a zero do not depend on other motions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy
@@ -20,9 +19,11 @@ from tt_precise.mechanics.formulations import Formulation
 from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.values import Array
 from tt_precise.sweeps.batch import LaneSteps, states_in
+from tt_precise.taylor.interpolation import zero_between
 from tt_precise.taylor.series import Sized, SizedFunctions
 
 heyoka = import_heyoka()
+concatenate = partial(numpy.concatenate, axis=-1)
 
 # A step is a seventh of the radius of convergence, in which the nutation turns by 2 rad at most.
 # The cubic of such a cosine is off by 2^4/384 = 1/24 of the amplitude, and its largest coefficient
@@ -36,15 +37,13 @@ FIRST_MOMENT = 2.0**-6  # Part of its first step after which such a function is 
 # the rate changes; the first omitted correction is below this part of the time in the step.
 SETTLED = 2.0**-53
 MOST_CORRECTIONS = 60  # Most are halvings, where Newton's method leaves the bracket.
-CLIMB, TURN = "equator", "theta_min"  # The zeros whose states are needed too.
-CROSSING = "nu_crossing"  # Counts in one direction before the climb, in the other one after it.
+CLIMB, TURN = "equator", "theta_min"  # Events.
 
 
 class RowZeros(NamedTuple):
     """Zeros of functions: numbers of function and motion, time, whether it rises, and state.
 
-    Times and states are dimensionless; ``state`` has the shape (components, zeros), and is NaN for
-    functions other than ``CLIMB`` and ``TURN``.
+    Times and states are dimensionless; ``state`` has the shape (components, zeros).
     """
 
     event: Array
@@ -75,14 +74,11 @@ class ZeroSearch:
     (components, motions).
     """
 
-    def __init__(
-        self, form: Formulation, bodies: Array, starts: Array, events: Sequence[Event], every: bool
-    ):
-        self._form, self._bodies, self._every_turn = form, bodies, every
+    def __init__(self, form: Formulation, bodies: Array, starts: Array, events: Sequence[Event]):
+        self._form, self._bodies = form, bodies
         self._names = [event.name for event in events]
         self._functions = _compiled(form, tuple(events))
         self._vanish = vanishing(form, bodies, starts, events)
-        self._climb = numpy.full(bodies.shape[1], numpy.inf)  # theta first rises through pi/2
         none = numpy.zeros(0, dtype=int)
         nothing = numpy.empty((len(form.columns), 0))
         self._zeros = [RowZeros(none, none, numpy.zeros(0), none > 0, nothing)]
@@ -92,56 +88,19 @@ class ZeroSearch:
         begin = self._values(steps.states, steps.row)
         end = steps.at_ends(begin, self._values(steps.ends, steps.row[steps.last]))
         ends = numpy.array((begin[0], begin[1] * steps.width, end[0], end[1] * steps.width))
-        may, single = classified(ends)
-        climbs = numpy.array([[name == CLIMB] for name in self._names])
-        for chosen in (climbs, ~climbs):
-            event, step = numpy.nonzero(may & chosen)
-            whole = numpy.ones(len(step))
-            brackets = Brackets(event, step, 0 * whole, whole, ends[:, event, step])
-            if chosen is not climbs:
-                brackets = _only(brackets, self._decide(steps, brackets, single[event, step]))
-            zeros = self._refined(
-                steps, self._isolated(steps, self._without_start(steps, brackets))
-            )
-            self._zeros.append(zeros)
-            if chosen is climbs:
-                falling = ~zeros.rising  # the function is cos theta
-                numpy.minimum.at(self._climb, zeros.row[falling], zeros.time[falling])
+        event, step = numpy.nonzero(classified(ends)[0])
+        whole = numpy.ones(len(step))
+        brackets = Brackets(event, step, 0 * whole, whole, ends[:, event, step])
+        isolated = self._isolated(steps, self._without_start(steps, brackets))
+        self._zeros.append(self._refined(steps, isolated))
 
     def zeros(self, name: str) -> RowZeros:
         """Return the zeros of an event function, ordered by motion and time."""
-        self._zeros = [RowZeros(*map(_concatenate, zip(*self._zeros, strict=True)))]
+        self._zeros = [RowZeros(*map(concatenate, zip(*self._zeros, strict=True)))]
         (zeros,) = self._zeros
         chosen = numpy.flatnonzero(zeros.event == self._names.index(name))
         order = chosen[numpy.lexsort((zeros.time[chosen], zeros.row[chosen]))]
         return RowZeros(*(column[..., order] for column in zeros))
-
-    def _decide(self, steps: LaneSteps, brackets: Brackets, single: Array) -> Array:
-        """Return which intervals may have a zero on which the times of the climb depend.
-
-        These are minima of theta before the climb, and maxima after it; of another function the
-        last zero before the climb, and the first one after it; of ``CROSSING`` both in each
-        direction.
-        """
-        row = steps.row[brackets.step]
-        climb, begin = self._climb[row], steps.begin[brackets.step]
-        end, position = begin + steps.width[brackets.step], numpy.arange(len(row))
-        before, after = begin <= climb, end >= climb
-        group, falling = brackets.event * len(self._climb) + row, brackets.ends[0] >= 0
-        shape = len(self._names) * len(self._climb), 2  # of functions and motions, of directions
-        last, first = numpy.full(shape, -1), numpy.full(shape, len(row))
-        certain, way = single & (end < climb), falling.astype(int)
-        numpy.maximum.at(last, (group[certain], way[certain]), position[certain])
-        certain = single & (begin > climb)
-        numpy.minimum.at(first, (group[certain], way[certain]), position[certain])
-        directed = (
-            brackets.event == self._names.index(CROSSING) if CROSSING in self._names else False
-        )
-        latest = numpy.where(directed, last.min(axis=1)[group], last.max(axis=1)[group])
-        earliest = numpy.where(directed, first.max(axis=1)[group], first.min(axis=1)[group])
-        turns = ~single | self._every_turn | numpy.where(falling, before, after)
-        others = (before & (position >= latest)) | (after & (position <= earliest))
-        return numpy.where(brackets.event == self._names.index(TURN), turns, others)
 
     def _without_start(self, steps: LaneSteps, brackets: Brackets) -> Brackets:
         """Let functions that vanish at the start begin a moment later."""
@@ -178,13 +137,9 @@ class ZeroSearch:
         first, slope, last, last_slope = brackets.ends
         rising, gap = first < 0, last - first
         quadratic, cubic = 3 * gap - 2 * slope - last_slope, slope + last_slope - 2 * gap
-
-        def of_cubic(at: Array, chosen: Array) -> tuple[Array, Array]:
-            a, b, c, d = (x[chosen] for x in (first, slope, quadratic, cubic))
-            return a + at * (b + at * (c + at * d)), b + at * (2 * c + 3 * at * d)
-
-        whole = numpy.ones(len(gap))
-        start = zero_between(of_cubic, (0 * whole, whole), -first / gap, rising, whole)
+        cubics = numpy.array((first, slope, quadratic, cubic))
+        direction = numpy.where(rising, 1, -1)
+        start, _ = zero_between(cubics, 0 * gap, 0 * gap + 1, direction, -first / gap)
         series = steps.series(brackets.step)
 
         def of_function(at: Array, chosen: Array) -> tuple[Array, Array]:
@@ -195,15 +150,11 @@ class ZeroSearch:
         # the rate may vanish at an end of the interval, and then changes on the way from there
         distance = brackets.size * numpy.minimum(start, 1 - start)
         bracket = brackets.low, brackets.low + brackets.size
-        at = zero_between(
-            of_function, bracket, bracket[0] + brackets.size * start, rising, distance
-        )
+        first_guess = brackets.low + brackets.size * start
+        at = refined(of_function, bracket, first_guess, rising, distance)
         row, since = steps.row[brackets.step], at * steps.width[brackets.step]
-        names = numpy.array(self._names)[brackets.event]
-        chosen = numpy.flatnonzero((names == CLIMB) | (names == TURN))
-        state = numpy.full((len(self._form.columns), len(at)), numpy.nan)
-        state[:, chosen] = states_in(series.take(chosen, axis=2), since[chosen])
-        return RowZeros(brackets.event, row, steps.begin[brackets.step] + since, rising, state)
+        time, state = steps.begin[brackets.step] + since, states_in(series, since)
+        return RowZeros(brackets.event, row, time, rising, state)
 
     def _at(
         self, steps: LaneSteps, brackets: Brackets, at: Array, series: Array | None = None
@@ -221,7 +172,7 @@ class ZeroSearch:
         return values.reshape(2, len(self._names), -1)
 
 
-def zero_between(
+def refined(
     function: Callable[[Array, Array], tuple[Array, Array]],
     ends: tuple[Array, Array],
     start: Array,
@@ -281,11 +232,7 @@ def _only(brackets: Brackets, chosen: Array) -> Brackets:
 
 
 def _join(*brackets: Brackets) -> Brackets:
-    return Brackets(*map(_concatenate, zip(*brackets, strict=True)))
-
-
-def _concatenate(columns: Sequence[Array]) -> Array:
-    return numpy.concatenate(columns, axis=-1)
+    return Brackets(*map(concatenate, zip(*brackets, strict=True)))
 
 
 @cache
