@@ -1,8 +1,8 @@
 """Closed forms that a program without one of the theorem's hypotheses would exclude.
 
 Each control takes the trusted modules and fails where they claim something false. Polynomials are
-coarse, so that errors are far above rounding: ``at(s)`` has to contain every solution from the
-set of starts throughout a piece, ``last()`` at its end.
+coarse, so that errors are far above rounding: ``step.at(s)`` has to contain every solution from the
+set of starts throughout a piece, ``states.state`` at its end.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ import tt_precise as tt
 from tests.certify.harness import BITS, Enclosing
 from tt_precise.certify.balls import Balls, NotProved, ball
 from tt_precise.integration.equations import Layout
+from tt_precise.integration.events import Event
 from tt_precise.mechanics import formulations
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 
@@ -50,8 +51,8 @@ def holds(balls: Sequence[arb], exact: Sequence[Any]) -> None:
 def everywhere(one: Any, *exact: Sequence[Any]) -> None:
     """Solutions at the end of a piece: by the bound within it, and by the set that goes on."""
     for state in exact:
-        holds(one.at(one.length), state)
-        holds(one.last(), state)
+        holds(one.step.at(one.step.length), state)
+        holds(one.states.state, state)
 
 
 def exponential(trusted: Any, start: arb, order: int = 30, rate: int = 1) -> Any:
@@ -67,7 +68,7 @@ def s1_a_coarse_exponential(trusted: Any) -> None:
     one, s = exponential(trusted, arb(1), order=3), arb(2) ** -18
     one.on(s)
     everywhere(one, [s.exp()])
-    holds(one.at(s / 2), [(s / 2).exp()])
+    holds(one.step.at(s / 2), [(s / 2).exp()])
 
 
 @control
@@ -96,7 +97,7 @@ def s2_a_ball_of_starts_grows(trusted: Any) -> None:
     one, half = exponential(trusted, arb(1, TINY)), arb(0.5)
     one.on(half)
     everywhere(one, *([end * half.exp()] for end in (1 - TINY, 1 + TINY)))
-    assert one.last()[0].rad() < TINY * half.exp() * 1.01
+    assert one.states.state[0].rad() < TINY * half.exp() * 1.01
 
 
 @control
@@ -113,7 +114,7 @@ def s2_the_derivative_belongs_to_the_tube(trusted: Any) -> None:
     steep, x = arb(2) ** 72, arb(2) ** -73
     one = Enclosing(trusted, lambda y: [y[0] * y[0] * steep], [arb(0, x)], 5)
     one.on(arb(1) / 8)
-    holds(one.at(one.length), [x / (1 - steep * x / 8)])
+    holds(one.step.at(one.step.length), [x / (1 - steep * x / 8)])
 
 
 @control
@@ -128,11 +129,11 @@ def s2_a_derivative_that_grows_in_a_piece(trusted: Any) -> None:
 def s3_the_flow_turns_a_flat_set(trusted: Any) -> None:
     """A rotation; uncertain in x alone, a quarter of a turn later in v alone."""
     one = Enclosing(trusted, lambda y: [y[1], -y[0]], [arb(1, TINY), arb(0)], 40)
-    while one.finish < 6:
+    while one.states.time < 6:
         one.on(arb(0.5))
-        t = one.finish
+        t = one.states.time
         everywhere(one, *([x * t.cos(), -x * t.sin()] for x in (1 - TINY, 1 + TINY)))
-    assert max(x.rad() for x in one.last()) < 1.05 * TINY
+    assert max(x.rad() for x in one.states.state) < 1.05 * TINY
 
 
 @control
@@ -140,8 +141,8 @@ def s3_the_flow_has_an_error(trusted: Any) -> None:
     """A start 2^-75 from the polynomial's is known to 60 digits, P to 12: q is what remains."""
     one = exponential(trusted, arb(1))
     one.on(arb(0.5), shift=arb(2) ** -75)
-    holds(one.last(), [arb(0.5).exp()])
-    assert one.last()[0].rad() < arb(2) ** -75 * 1e-9
+    holds(one.states.state, [arb(0.5).exp()])
+    assert one.states.state[0].rad() < arb(2) ** -75 * 1e-9
 
 
 @control
@@ -175,19 +176,34 @@ def gaps_between_pieces_count(trusted: Any) -> None:
 
 
 @control
-def units_of_time(trusted: Any) -> None:
-    """x' = x in pieces of units 1/8 and 4."""
-    for power, s in ((-3, arb(0.5)), (2, arb(1) / 16)):
-        one = exponential(trusted, arb(1, TINY))
-        one.on(s, power=power)
-        everywhere(one, *([x * (s * arb(2) ** power).exp()] for x in (1 - TINY, 1 + TINY)))
+def guesses_that_are_none_are_refused(trusted: Any) -> None:
+    """Polynomials in balls or without numbers, P(0) = 0, weights and lengths below zero."""
+    coarse = lambda *_: [arb_poly([1, arb(1, 0.5)])] * 2  # noqa: E731
+    endless = lambda *_: [arb_poly([1, arb("inf")])] * 2  # noqa: E731
+    zeros = lambda *_: [[arb_poly([0])] * 2] * 2  # noqa: E731
+    wide = lambda *_: [[arb_poly([int(i == j), arb(1, 1)]) for j in (0, 1)] for i in (0, 1)]  # noqa: E731
+    for why, guess in (
+        ("polynomial is not exact", {"taylor": coarse}),
+        ("polynomial is not exact", {"taylor": endless}),
+        ("polynomial is not exact", {"flow": wide}),
+        ("is not 1", {"flow": zeros}),
+        ("weight is not positive", {"weights": lambda band: [arb(1), arb(-1)]}),
+        ("weight is not positive", {"weights": lambda band: [arb(1), arb("inf")]}),
+        ("weight is not positive", {"weights": lambda band: [arb("nan"), arb(1)]}),
+    ):
+        one = Enclosing(trusted, lambda y: [y[0] + y[1], y[1]], [arb(1), arb(1)], 30, **guess)
+        with pytest.raises(NotProved, match=why):
+            one.on(arb(0.25))
+    for length in (arb(0.25, 0.01), arb(-0.25), arb("nan")):
+        with pytest.raises(NotProved, match="positive length"):
+            exponential(trusted, arb(1)).on(length)
 
 
 # ---- the weights of the norm, any of which are right --------------------------------------------
 
 
-def lopsided(power: int) -> list[list[arb]]:
-    return [[arb(1), arb(2) ** n] for n in (-power, 0, power)]
+def lopsided(power: int) -> list[Callable[..., list[arb]]]:
+    return [lambda band, n=n: [arb(1), arb(2) ** n] for n in (-power, 0, power)]
 
 
 TINIER = arb(2) ** -100
@@ -198,7 +214,7 @@ def any_weights_of_a_coarse_polynomial(trusted: Any) -> None:
     """Two exponentials that do not know each other, with four terms; many steps."""
     s = arb(2) ** -23
     for weights in lopsided(16):
-        one = Enclosing(trusted, lambda y: [y[0], y[1]], [arb(1), arb(1)], 3, weights)
+        one = Enclosing(trusted, lambda y: [y[0], y[1]], [arb(1), arb(1)], 3, weights=weights)
         for n in range(1, 6):
             one.on(s)
             everywhere(one, [(s * n).exp()] * 2)
@@ -210,7 +226,7 @@ def any_weights_of_a_ball_of_starts(trusted: Any) -> None:
     for weights in lopsided(16):
         for way in (1, -1):
             starts = [arb(1), arb(1, TINIER)][::way]
-            one = Enclosing(trusted, lambda y: [y[0], y[1]], starts, 30, weights)
+            one = Enclosing(trusted, lambda y: [y[0], y[1]], starts, 30, weights=weights)
             one.on(arb(0.5))
             exact = arb(0.5).exp()
             everywhere(one, *([exact, end * exact][::way] for end in (1 - TINIER, 1 + TINIER)))
@@ -222,7 +238,7 @@ def any_weights_of_coupled_components(trusted: Any) -> None:
     for weights in lopsided(4):
         for way in (1, -1):
             start = [arb(1), arb(1, TINIER)][::way]
-            one = Enclosing(trusted, _coupled(way), start, 5, weights)
+            one = Enclosing(trusted, _coupled(way), start, 5, weights=weights)
             one.on(arb(1) / 4)
             everywhere(one, *([1 + y / 8, y][::way] for y in (1 - TINIER, 1 + TINIER)))
 
@@ -238,9 +254,9 @@ def any_weights_of_the_flow(trusted: Any) -> None:
     for weights in lopsided(12):
         for way in (1, -1):
             start, shift = [arb(1), arb(1)], [arb(0), TINIER][::way]
-            one = Enclosing(trusted, _growing(way), start, 20, weights)
+            one = Enclosing(trusted, _growing(way), start, 20, weights=weights)
             one.on(t, shift=shift)
-            holds(one.last(), [(1 + 256 * t) * t.exp(), t.exp()][::way])
+            holds(one.states.state, [(1 + 256 * t) * t.exp(), t.exp()][::way])
 
 
 def _growing(way: int) -> Callable[[Sequence[Any]], list[Any]]:
@@ -256,13 +272,13 @@ def a_component_that_stays_zero_is_exact(trusted: Any) -> None:
     one = Enclosing(trusted, lambda y: [y[0] * y[0] * y[1], y[1]], [arb(0), arb(1)], 30)
     assert one.states.free == [1]
     one.on(arb(0.5))
-    assert one.at(arb(0.5))[0].is_zero()
+    assert one.step.at(arb(0.5))[0].is_zero()
     # a rate that is always zero does not make it so
     one = Enclosing(trusted, lambda y: [y[0] * 0, y[1]], [arb(0), arb(1)], 30)
     assert one.states.free == [1]
     begin = [arb(2) ** -90, arb(1)]
     with pytest.raises(NotProved, match="stay zero"):
-        trusted.kernel.advance(one.equations, one.states, 0, arb(0.5), begin)
+        trusted.kernel.advance(one.equations, one.states, arb(0.5), begin)
 
 
 @control
@@ -287,8 +303,8 @@ def a_steady_precession(trusted: Any) -> None:
         one, exact = _precession(trusted, random.Random(seed))
         for n in range(1, 21):
             one.on(arb(2) ** -7, shift=arb(2) ** -78 if n == 1 else 0)
-            everywhere(one, exact(one.finish))
-        assert max(x.rad() for x in one.last()) < 1e-21
+            everywhere(one, exact(one.states.time))
+        assert max(x.rad() for x in one.states.state) < 1e-21
 
 
 def _precession(trusted: Any, dice: random.Random) -> tuple[Any, Callable[[arb], list[arb]]]:
@@ -375,15 +391,6 @@ def an_exponential_in_the_equations(trusted: Any) -> None:
         everywhere(one, *([-((-end).exp() - arb(n) / 8).log()] for end in (-TINY, TINY)))
 
 
-@control
-def bounds_are_finite(trusted: Any) -> None:
-    """The largest of numbers, NaN among them: comparisons with it are false."""
-    assert trusted.kernel._largest([arb(1), arb(2)]) == 2
-    for numbers in ([arb(1), arb("nan")], [arb("nan"), arb(1)], [arb("inf")]):
-        with pytest.raises(NotProved, match="not finite"):
-            trusted.kernel._largest(numbers)
-
-
 # ---- zeros --------------------------------------------------------------------------------------
 
 
@@ -434,7 +441,7 @@ def zeros_that_are_undecided_are_refused(trusted: Any) -> None:
     third = arb(1) / 3
     for function, until in (
         (lambda y: y[0] - arb(0.5), None),
-        (lambda y: y[0] - third, third),
+        (lambda y: y[0] - third, arb(third.mid(), arb(2) ** -100)),
         (lambda y: (y[0] - third) * (y[0] - third), None),
     ):
         with pytest.raises(NotProved, match="undecided"):
@@ -516,7 +523,8 @@ def moving(trusted: Any, *phases: Any, start: Sequence[Any], until: Any, **more:
     )
     onset = SimpleNamespace(order=more.pop("order", lambda _: 0), sign=lambda *_: 1)
     numbers = [arb(x) for x in start]
-    kinds = {name: problem.EventKind(*kind) for name, kind in more.pop("kinds", {}).items()}
+    events = more.pop("kinds", {})
+    kinds = {name: Event(name, function, "", *way) for name, (function, *way) in events.items()}
     stated = problem.Problem(made, numbers, arb(until), onset, kinds, **more)
     return trusted.motion.enclose(stated, BITS, 30)
 
@@ -635,11 +643,11 @@ def events_that_are_double_zeros(trusted: Any) -> None:
     rates = lambda y: [y[1], -y[0]]  # noqa: E731
     turning: Any = ("landed", rates, lambda y: y[0] * 0 + 1, {})
     double = lambda y: 1 - y[0]  # noqa: E731
-    kinds = {
-        "double": (double, 0, False, (lambda y: -y[1], 1)),
-        "falling": (lambda y: y[0], -1),
-    }
+    kinds = {"double": (double,), "falling": (lambda y: y[0], -1)}
+    doubles = {"double": (lambda y: -y[1], 1)}
     order = lambda f: 2 if f is double else 1  # noqa: E731
-    found = moving(trusted, turning, start=[1, 0], until=7, kinds=kinds, order=order)
+    found = moving(
+        trusted, turning, start=[1, 0], until=7, kinds=kinds, doubles=doubles, order=order
+    )
     assert found.events["double"] == []
     holds([one.time for one in found.events["falling"]], [arb.pi() / 2])

@@ -20,31 +20,34 @@ from flint import arb
 import tt_precise.certify
 
 PACKAGE = "tt_precise.certify"
-# Modules in the order of their imports.
-TRUSTED = ("models", "kernel", "start", "zeros", "problem", "motion")
+# Modules in the order of their imports; ``propose`` is not trusted.
+MODULES = ("models", "propose", "kernel", "start", "zeros", "problem", "motion")
 BITS = 200
 
 
 class Mutant(NamedTuple):
     """A change of one place of a module, and the control that notices it."""
 
-    name: str
     module: str
     old: str
     new: str
     control: str
 
+    @property
+    def name(self) -> str:
+        return f"{self.old} -> {self.new}"
+
 
 def program(mutant: Mutant | None = None) -> Any:
     """The trusted modules, loaded anew, with the change of a mutant."""
     with _set_aside():
-        return SimpleNamespace(**{name: _loaded(name, mutant) for name in TRUSTED})
+        return SimpleNamespace(**{name: _loaded(name, mutant) for name in MODULES})
 
 
 @contextmanager
 def _set_aside() -> Iterator[None]:
     """Let the trusted modules be loaded anew inside the block."""
-    names = [f"{PACKAGE}.{name}" for name in TRUSTED]
+    names = [f"{PACKAGE}.{name}" for name in MODULES]
     before = {name: importlib.import_module(name) for name in names}
     try:
         for name in names:
@@ -66,6 +69,7 @@ def _loaded(name: str, mutant: Mutant | None) -> ModuleType:
     assert spec is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
+    setattr(tt_precise.certify, name, module)
     exec(compile(source, str(path), "exec"), module.__dict__)
     return module
 
@@ -79,7 +83,7 @@ def unchanged() -> Any:
 class Enclosing:
     """The enclosure of y' = ``rates``(y) from a ``start`` of balls, step by step.
 
-    ``weights``, if there are any, are those of the norm.
+    ``guesses`` replace functions of ``propose``.
     """
 
     vanishing = 0  # order to which functions vanish at t = 0
@@ -90,17 +94,15 @@ class Enclosing:
         rates: Callable[[Sequence[Any]], Sequence[Any]],
         start: Sequence[arb],
         order: int,
-        weights: Sequence[Any] = (),
+        **guesses: Callable[..., Any],
     ):
-        self.trusted, kernel = trusted, trusted.kernel
-        self.weights = [arb(weight) for weight in weights]
-        self.equations = kernel.KernelEquations(
-            trusted.models.Rates(rates, len(start)), BITS, order
-        )
+        self.trusted, self.guesses = trusted, guesses
+        models, kernel = trusted.models, trusted.kernel
+        self.equations = models.KernelEquations(models.Rates(rates, len(start)), BITS, order)
         self.states = kernel.StateSet.of(self.equations, arb(0), [arb(x) for x in start])
         self.step: Any = None
 
-    def on(self, length: Any, power: int = 0, shift: Any = 0) -> None:
+    def on(self, length: Any, shift: Any = 0) -> None:
         """Take one more step, from the middle of the states, or ``shift`` from it.
 
         ``shift`` is that of each component, or of all that are not always zero.
@@ -109,35 +111,18 @@ class Enclosing:
         pairs = enumerate(zip(self.states.state, shifts, strict=True))
         free = self.states.free
         begin = [(x.mid() + y).mid() if i in free else x.mid() for i, (x, y) in pairs]
-        kernel = self.trusted.kernel
-        choice = kernel._weights
-        if self.weights:
-            kernel._weights = lambda band: self.weights
+        propose = self.trusted.propose
+        before = {name: getattr(propose, name) for name in self.guesses}
+        vars(propose).update(self.guesses)
         try:
-            self.step = kernel.advance(self.equations, self.states, power, arb(length), begin)
+            self.step = self.trusted.kernel.advance(self.equations, self.states, arb(length), begin)
         finally:
-            kernel._weights = choice
+            vars(propose).update(before)
         self.states = self.step.after
-
-    @property
-    def length(self) -> arb:
-        return self.step.length
-
-    @property
-    def finish(self) -> arb:
-        return self.states.time
-
-    def at(self, s: Any) -> Any:
-        """Return the states at a local time of the last step."""
-        return self.step.at(arb(s))
-
-    def last(self) -> Any:
-        """Return the states at the end of the last step."""
-        return self.states.state
 
     def zeros(self, function: Any, until: Any = None, double: Any = ()) -> Any:
         """Return direction and time of the zeros in the last step."""
-        until = self.finish if until is None else arb(until)
+        until = self.states.time if until is None else arb(until)
         first = self.step.time == 0
         order = (lambda _: self.vanishing) if first else None
         zeros = self.trusted.zeros.StepZeros(self.step, lambda state: state, order)

@@ -37,7 +37,7 @@ def test_a_top_in_the_other_direction_does_the_same() -> None:
         ("rolling", "not_passed", "undecided", "without friction"),
         ("upright", "not_passed", "undecided", "vertical from the start"),
         ("contact-lost", "not_passed", "undecided", "the motion ended: contact_lost"),
-        ("stribeck", "passed", "undecided", "the normal force, or of the spin, reach 0"),
+        ("stribeck", "passed", "undecided", "the contact force, or the spin, may vanish"),
         ("coulomb-gliding", "not_passed", "undecided", "coulomb has no derivative"),
         ("elastic-linear", "not_passed", "undecided", "may leave the table"),
     ],

@@ -1,57 +1,84 @@
-"""Lengths of steps: they end at the horizon, fall with the costs of a step, and give up."""
+"""Guesses: good polynomials, weights and flows; lengths that follow the costs of the steps."""
 
-from types import SimpleNamespace
 from typing import Any
 
+import flint
+import numpy
 import pytest
-from flint import arb
+from flint import arb, arb_poly
 
+from tt_precise.certify import propose
 from tt_precise.certify.balls import NotProved
-from tt_precise.certify.propose import LONGER, MOST_FAILURES, Proposer
+from tt_precise.certify.models import Frame, KernelEquations, Rates
+from tt_precise.certify.propose import LONGER, MOST_FAILURES, Lengths
 
-EQUATIONS: Any = SimpleNamespace(order=40, bits=200)
-# defect, error of the flow, growth of errors: all far below their bounds
+EQUATIONS: Any = KernelEquations(Rates(lambda y: [y[0]], 1), 200, 40)
+# What the defect adds, the error of the flow, the growth of errors: all far below their bounds.
 FREE = (2.0**-250, 1e-12, 1.0 + 1e-9)
 
 
-def step(length: float, costs: tuple[float, float, float]) -> Any:
-    return SimpleNamespace(length=arb(length), costs=costs, equations=EQUATIONS)
+def test_taylor_polynomials_are_those_of_the_solution() -> None:
+    """With t: exp(-t), 1/(1 + t), sqrt(1 + 2 t) and -log(1 - t/2), on steps of any size."""
+    with flint.ctx.workprec(240):
+        rates = Rates(lambda y: [-y[0], -(y[1] * y[1]), 1 / y[2], y[3].exp() / 2, y[2] * 0 + 1], 5)
+        root = Rates(lambda y: [y[0] * 0 + 2, y[0].sqrt()], 2)
+        for size in (arb(2) ** -5, arb(2), arb(2) ** -30):
+            start = [arb(1), arb(1), arb(1), arb(0), arb(0)]
+            p = propose.taylor(KernelEquations(rates, 200, 3), start, size)
+            half, sixth = arb(1) / 2, arb(1) / 6
+            for q, exact in zip(
+                p,
+                (
+                    [1, -1, half, -sixth], [1, -1, 1, -1], [1, 1, -half, half],
+                    [0, half, half / 4, sixth / 4], [0, 1],
+                ),
+                strict=True,
+            ):  # fmt: skip
+                difference = (q - arb_poly(exact)).coeffs()
+                assert all(abs(c) * size**n < 1e-55 for n, c in enumerate(difference))
+            _, area = propose.taylor(KernelEquations(root, 200, 3), [arb(1), arb(0)], size)
+            assert abs(area[3] + sixth) * size**3 < 1e-55  # (1 + 2 t)^(3/2)/3
 
 
-def size(proposer: Proposer, left: float = 1e9) -> float:
-    """The length of the next step in the problem's unit of time."""
-    power, length = proposer.next(left)
-    return float(length) * 2.0**power
+def test_weights_balance_the_rows_of_a_matrix() -> None:
+    band = [[arb(-1), arb(100)], [arb(1), arb(-1)]]
+    w = [float(x) for x in propose.weights(band)]
+    sums = [-1 + 100 * w[1] / w[0], -1 + 3.125 * w[0] / w[1]]  # 100/32 is the least entry
+    assert sums[0] == pytest.approx(sums[1])
+    assert propose.weights([[arb("nan")]]) == [arb(1)]
+    assert propose.weights([]) == []
+    assert all(x > 0.9 for x in propose.weights([[arb(0), arb(0)]] * 2))
+
+
+def test_the_flow_of_a_constant_matrix_is_its_exponential() -> None:
+    turn = [[arb_poly([0]), arb_poly([1])], [arb_poly([-1]), arb_poly([0])]]
+    flow = propose.flow(turn, Frame(arb(1), 10))
+    values = [[float(p(arb(1))) for p in row] for row in flow]
+    c, s = numpy.cos(1), numpy.sin(1)
+    assert numpy.allclose(values, [[c, s], [-s, c]], atol=1e-11, rtol=0)
 
 
 def test_a_step_ends_just_beyond_the_horizon() -> None:
-    assert size(Proposer(EQUATIONS), left=1e-3) == pytest.approx(1e-3, rel=1e-5)
-    assert size(Proposer(EQUATIONS), left=1e-3) >= 1e-3
+    for left in (1e-3, 1e-12):
+        assert left < float(Lengths(EQUATIONS).next(left)) < left * (1 + 1e-5) + 1e-8
 
 
 def test_a_cheap_step_is_followed_by_a_longer_one_and_a_dear_one_is_made_again() -> None:
-    proposer = Proposer(EQUATIONS)
-    power, length = proposer.next(1e9)
-    assert proposer.accepts(step(float(length), FREE))
-    assert size(proposer) == pytest.approx(LONGER * float(length) * 2.0**power, rel=1e-5)
+    lengths = Lengths(EQUATIONS)
+    first = lengths.next(1e9)
+    assert lengths.accepts(first, FREE)
+    assert float(lengths.next(1e9)) == pytest.approx(LONGER * float(first), rel=1e-5)
     for costs in ((1.0, *FREE[1:]), (FREE[0], 1.0, FREE[2]), (*FREE[:2], 1e30)):
-        proposer = Proposer(EQUATIONS)
-        power, length = proposer.next(1e9)
-        assert not proposer.accepts(step(float(length), costs))
-        assert size(proposer) < 0.8 * float(length) * 2.0**power
+        lengths = Lengths(EQUATIONS)
+        assert not lengths.accepts(lengths.next(1e9), costs)
+        assert lengths.next(1e9) < 0.8 * first
 
 
 def test_steps_that_do_not_verify_are_halved_until_none_helps() -> None:
-    proposer = Proposer(EQUATIONS)
-    first = size(proposer)
+    lengths = Lengths(EQUATIONS)
+    first = float(lengths.next(1e9))
     for failures in range(MOST_FAILURES):
-        proposer.shorten(ArithmeticError("the tube is left"))
-        assert size(proposer) == pytest.approx(first / 2.0 ** (failures + 1), rel=1e-5)
+        lengths.shorten(ArithmeticError("the tube is left"))
+        assert float(lengths.next(1e9)) == pytest.approx(first / 2.0 ** (failures + 1), rel=1e-5)
     with pytest.raises(NotProved, match="the tube is left"):
-        proposer.shorten(ArithmeticError("the tube is left"))
-
-
-def test_a_short_rest_is_one_step_in_a_unit_of_its_own() -> None:
-    power, length = Proposer(EQUATIONS).next(1e-12)
-    assert 1 / 16 <= length <= 1 / 2
-    assert 1e-12 < float(length) * 2.0**power < 1e-8
+        lengths.shorten(ArithmeticError("the tube is left"))

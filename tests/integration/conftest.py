@@ -91,7 +91,7 @@ def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Spoiler:
         def rates(body: Any, state: Any, fn: Any) -> Any:
             return change(state, original.rates(body, state, fn))
 
-        wrong = replace(original, derivatives=rates)
+        wrong = replace(original, rates=rates)
         monkeypatch.setitem(formulations.CHEAPER, ("gliding", coordinates), wrong)
 
     return spoil

@@ -9,7 +9,7 @@ import pytest
 
 import tt_precise as tt
 from tests.conftest import more
-from tt_precise.mechanics.quantities import ENERGY, E, Motion
+from tt_precise.mechanics.quantities import QUANTITIES, E, Motion
 from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
 
@@ -27,7 +27,7 @@ def one(q: Motion) -> Scalar:
 
 
 half_up = named("half_up", lambda q: q.state.kz - one(q) / 2, "1")  # theta is 60 degrees
-energy = named("energy", lambda q: E(q), ENERGY)
+energy = named("energy", lambda q: E(q), QUANTITIES["E"].dimension)
 slip = named("slip", lambda q: q.fn.sqrt(q.state.vx**2 + q.state.vy**2))
 
 

@@ -6,8 +6,8 @@ import pytest
 
 from tests.conftest import top
 from tt_precise.mechanics.laws import LAWS, Law
-from tt_precise.mechanics.parameters import NAMES, Dimension, Parameters, Units, of_numbers
-from tt_precise.mechanics.quantities import ENERGY, QUANTITIES
+from tt_precise.mechanics.parameters import ENERGY, NAMES, Dimension, Parameters, Units, of_numbers
+from tt_precise.mechanics.quantities import QUANTITIES
 
 
 @pytest.mark.parametrize(

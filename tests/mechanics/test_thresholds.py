@@ -10,12 +10,13 @@ import pytest
 
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.parameters import Dimension, Parameters, Units
-from tt_precise.mechanics.quantities import ANGULAR_MOMENTUM, ENERGY, JELLETT, QUANTITIES, Motion
+from tt_precise.mechanics.parameters import ENERGY, JELLETT, Dimension, Parameters, Units
+from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.vectors import added, dot, scaled, subtracted
 from tt_precise.scene.body import TippeTop
 
 Round = Callable[[Fraction], Any]
+ANGULAR_MOMENTUM = Dimension.of("kg m^2/s")
 
 FORMULAS: dict[str, tuple[Dimension, Callable[[Parameters, Any, Any], Any]]] = {
     "lambda_thres": (JELLETT, lambda b, x, fn: thresholds.lambda_thres(b, fn)),

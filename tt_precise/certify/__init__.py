@@ -6,15 +6,13 @@ One small program is trusted. It verifies at run time everything on which it dep
 - ``kernel``: the theorem with its proof, and the verification of its hypotheses, step by step.
 - ``zeros``: the zeros of functions in a step; ``start``: signs at t = 0, where many functions
   vanish.
-- ``motion``: phases, samples and events. A step that cannot be verified is repeated with half the
-  length.
-- ``compare``: golden tables against the enclosure, number by number.
+- ``motion``: phases, samples and events; a step that cannot be verified is shortened.
+- ``compare``: golden tables against the enclosure, cell by cell.
 - ``well``: a second theorem, on all later times.
 
-The lengths of steps (``propose``) are not trusted: a bad length cannot be verified, or makes the
-enclosure wide. The arithmetics are in ``balls`` and ``models``. ``statements`` derives the
-statements about a scene from its enclosure; ``files`` writes the statements to the folder of the
-golden tables, or proves them again.
+``propose`` guesses polynomials, weights, bases and lengths of steps, and is not trusted. The
+arithmetics are in ``balls`` and ``models``. ``statements`` derives the statements about a scene;
+``files`` writes them to the folder of the golden tables, or proves them again.
 
     >>> import dataclasses
     >>> import tt_precise as tt

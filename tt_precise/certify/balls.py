@@ -7,12 +7,11 @@ midpoint-radius interval arithmetic", IEEE Trans. Comput. 66, 2017).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal, localcontext
 from fractions import Fraction
+from itertools import product
 
-import flint
 from flint import arb, arb_poly, fmpq
 
 from tt_precise.runtime.values import Scalar
@@ -32,7 +31,7 @@ class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
 class Balls:
     """The elementary functions of the mechanics, on balls.
 
-    Roots and exponentials also work on power series, Taylor models and dual numbers.
+    Roots and exponentials also work on power series, Taylor models and operations.
     """
 
     mpf = arb  # of a whole number
@@ -47,12 +46,10 @@ class Balls:
 
     @staticmethod
     def sqrt(x: Scalar) -> Scalar:
-        """Square root; not a number where the ball reaches below zero."""
-        return x.sqrt()
+        return x.sqrt()  # not a number where a ball reaches below zero
 
     @staticmethod
     def exp(x: Scalar) -> Scalar:
-        """The exponential function."""
         return x.exp()
 
     @staticmethod
@@ -77,25 +74,9 @@ class Balls:
         return square.nonnegative_part().sqrt() if isinstance(square, arb) else square.sqrt()
 
 
-@contextmanager
-def series_length(terms: int) -> Iterator[None]:
-    """Let power series have ``terms`` terms inside the block."""
-    before = flint.ctx.cap
-    flint.ctx.cap = terms
-    try:
-        yield
-    finally:
-        flint.ctx.cap = before
-
-
 def ball(value: Fraction) -> arb:
     """The smallest ball of the working precision around an exact number."""
     return arb(fmpq(value.numerator, value.denominator))
-
-
-def around(radius: arb) -> arb:
-    """The ball [-radius, radius]."""
-    return arb(0, radius)
 
 
 def largest(numbers: Iterable[arb]) -> arb:
@@ -110,11 +91,6 @@ def largest(numbers: Iterable[arb]) -> arb:
     return max(tops)
 
 
-def between(low: arb, high: arb) -> arb:
-    """A ball that contains both arguments and all numbers between them."""
-    return low.union(high)
-
-
 def fraction(number: arb) -> Fraction:
     """The exact value of a ball without radius."""
     mantissa, exponent = number.man_exp()
@@ -127,8 +103,8 @@ def bounds(number: arb) -> tuple[Fraction, Fraction]:
     return middle - radius, middle + radius
 
 
-def outward(exact: arb, figures: int) -> tuple[str, str]:
-    """Return a decimal with ``figures`` figures and a radius that together contain a ball.
+def outward(exact: arb, figures: int) -> dict[str, str]:
+    """Return a decimal ``middle`` with ``figures`` figures and a ``radius`` that contain a ball.
 
     The radius is one unit of the last figure, or more where the ball is wider.
     """
@@ -136,10 +112,9 @@ def outward(exact: arb, figures: int) -> tuple[str, str]:
     middle = round_to((low + high) / 2, ROUND_HALF_EVEN, figures)
     number = Decimal(middle)
     distance = max(high - Fraction(number), Fraction(number) - low)
-    if not distance:
-        return middle, "0"
     unit = Fraction(10) ** (number.adjusted() - figures + 1 if number else -figures)
-    return middle, round_to(max(distance, unit), ROUND_CEILING, 1)
+    radius = max(distance, unit) if distance else distance
+    return {"middle": middle, "radius": round_to(radius, ROUND_CEILING, 1)}
 
 
 def round_to(number: Fraction, rounding: str, figures: int) -> str:
@@ -153,26 +128,15 @@ def round_to(number: Fraction, rounding: str, figures: int) -> str:
 def require_outward_rounding() -> None:
     """Compare balls with exact rational arithmetic before the first proof.
 
-    Raises ``NotProved``: a ball does not contain the exact result: the library in use is unsound
-    here.
+    Raises ``NotProved``: a ball excludes the exact result, so the library is unsound here.
     """
     samples = [Fraction(n, d) for n, d in ((1, 3), (-22, 7), (10**9 + 7, 998_244_353), (5, 2**70))]
-    for a in samples:
-        for b in samples:
-            exact = {
-                "+": (ball(a) + ball(b), a + b),
-                "-": (ball(a) - ball(b), a - b),
-                "*": (ball(a) * ball(b), a * b),
-                "/": (ball(a) / ball(b), a / b),
-                "polynomial *": (
-                    (arb_poly([ball(a), ball(b)]) * arb_poly([ball(b), ball(a)]))[1],
-                    a * a + b * b,
-                ),
-                "sqrt": (ball(a * a).sqrt(), abs(a)),
-            }
-            for operation, (result, value) in exact.items():
-                low, high = bounds(result)
-                if not low <= value <= high:
-                    raise NotProved(
-                        "balls", f"{operation} of {a} and {b} gave a ball that excludes the result"
-                    )
+    for a, b in product(samples, samples):
+        x, y = ball(a), ball(b)
+        crossed = (arb_poly([x, y]) * arb_poly([y, x]))[1]
+        results = (x + y, x - y, x * y, x / y, crossed, ball(a * a).sqrt())
+        exact = (a + b, a - b, a * b, a / b, a * a + b * b, abs(a))
+        for result, number in zip(results, exact, strict=True):
+            low, high = bounds(result)
+            if not low <= number <= high:
+                raise NotProved("balls", f"a ball excludes the result {number} of {a} and {b}")

@@ -2,8 +2,8 @@
 
 ``certify`` encloses a scene's solution, and compares every printed number and event of its tables
 with the enclosure. If all are proved, ``certify`` writes ``proof.json``: the statements about the
-tables, and the hashes of the tables. The proof itself is not stored: ``check`` proves again, and
-compares the statements.
+tables, and the hashes of the tables. The proof itself is not stored: it is proved again, and the
+statements are compared.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tt_precise.certify.compare import TableComparison, compare
 from tt_precise.certify.statements import BITS, Proof, prove
 from tt_precise.golden import store
 from tt_precise.golden.documents import PROOF_SCHEMA
-from tt_precise.golden.store import EVENTS, PROOF, TRAJECTORY, Stored
+from tt_precise.golden.store import PROOF, Stored
 from tt_precise.golden.table import malformed_cells
 from tt_precise.runtime.files import atomic_write, locked, read_json
 from tt_precise.runtime.values import InputError, Json, Scalar
@@ -46,45 +46,34 @@ class Certificate:
         failure = self.content["inversion"].get("failure")
         return self.compared.objection or (f"times of the climb: {failure}" if failure else "")
 
-    @property
-    def complete(self) -> bool:
-        """True if every printed number, event and time is proved."""
-        return not self.objection
 
-
-def certify(scene: str, *, folder: Path | None = None) -> Certificate:
+def certify(scene: str, *, folder: Path | None = None, again: bool = False) -> Certificate:
     """Prove the golden data of ``scene``, and write ``proof.json`` if all is proved.
 
-    Raises ``InputError``: there are no golden data of that name, or a cell of theirs is no number;
-    ``NotProved``: the solution could not be enclosed.
+    With ``again`` nothing is written: the statements are compared with those of the existing file.
+
+    Raises ``InputError``: there are no golden data or no proof, or a cell is no number;
+    ``NotProved``: the solution could not be enclosed, or ``proof.json`` states something else.
     """
-    stored = _readable(scene, folder)
-    certificate = certificate_of(stored)
-    if certificate.complete:
-        with locked(stored.path.parent, store.WORK):
-            atomic_write(stored.path / PROOF, store.json_text(certificate.content))
-            store.record_proof(stored.path)
-    return certificate
-
-
-def check(scene: str, *, folder: Path | None = None) -> Certificate:
-    """Prove the golden data of ``scene`` again, and compare with the statements of its proof.
-
-    Raises ``InputError``: there are no golden data, or no proof; ``NotProved``: the solution could
-    not be enclosed, or ``proof.json`` states something else.
-    """
-    stored = _readable(scene, folder)
+    stored = store.read_files(scene, folder)
+    for file, table in stored.tables.items():  # before the minutes that a proof takes
+        for misprint in malformed_cells(file, table):
+            raise InputError(f"{stored.name}: {misprint}")
     path = stored.path / PROOF
-    if not path.is_file():
+    if again and not path.is_file():
         raise InputError(
             f"{stored.name}: got no {PROOF}, expected a proof to compare with; "
             f"`tt-precise golden certify {stored.name}` makes it"
         )
-    stated = read_json(path, "a proof")
+    stated = read_json(path, "a proof") if again else {}
     certificate = certificate_of(stored, int(stated.get("bits", BITS)))
-    for name, value in certificate.content.items():
+    for name, value in certificate.content.items() if again else ():
         if name not in INCIDENTAL and not _implies(value, stated.get(name)):
             raise NotProved("statements", f"{PROOF} states another {name} than is proved")
+    if not again and not certificate.objection:
+        with locked(stored.path.parent, store.WORK):
+            atomic_write(path, store.json_text(certificate.content))
+            store.record_proof(stored.path)
     return certificate
 
 
@@ -112,7 +101,7 @@ def _hypothesis(failure: str) -> str:
 
 @dataclass(frozen=True)
 class Attempted:
-    """The result of ``certify`` or ``check``; ``verdict`` is "proved" or "refused"."""
+    """The result of ``certify``; ``verdict`` is "proved" or "refused"."""
 
     scene: str
     verdict: str
@@ -123,29 +112,20 @@ class Attempted:
 
 
 def attempted(scene: str, folder: Path | None, again: bool = False) -> Attempted:
-    """Return the result of ``certify``, or of ``check`` (``again``), for a worker process."""
+    """Return the result of ``certify`` for a worker process."""
     try:
-        certificate = (check if again else certify)(scene, folder=folder)
+        certificate = certify(scene, folder=folder, again=again)
     except NotProved as why:
         return Attempted(scene, "refused", str(why))
-    content = certificate.content
+    content, objection = certificate.content, certificate.objection
     return Attempted(
         scene,
-        "proved" if certificate.complete else "refused",
-        certificate.objection,
+        "refused" if objection else "proved",
+        objection,
         content["steps"],
         content["rounded"],
         sum(content["proved_events"].values()),
     )
-
-
-def _readable(scene: str, folder: Path | None) -> Stored:
-    stored = store.read_files(scene, folder)
-    # before the minutes that a proof takes
-    for file in (TRAJECTORY, EVENTS):
-        for misprint in malformed_cells(file, stored.tables[file]):
-            raise InputError(f"{stored.name}: {misprint}")
-    return stored
 
 
 def certificate_of(stored: Stored, bits: int = BITS) -> Certificate:
@@ -168,17 +148,16 @@ def certificate_of(stored: Stored, bits: int = BITS) -> Certificate:
 
 def statements(stored: Stored, proof: Proof, compared: TableComparison) -> dict[str, Json]:
     """Return the statements of a proof about the golden tables ``stored``."""
-    total = compared.total
     return {
         "schema": PROOF_SCHEMA,
         "scene": stored.name,
         "scene_sha256": store.scene_sha256(stored.scene_text),
-        **{file: {"sha256": stored.tables[file].sha256} for file in (TRAJECTORY, EVENTS)},
+        **{file: {"sha256": table.sha256} for file, table in stored.tables.items()},
         "theorem": "docstring of tt_precise.certify.kernel",
         "bits": proof.bits,
         "steps": len(proof.enclosure.steps),
-        "entries": total.numbers,
-        "rounded": total.rounded,
+        "entries": compared.numbers,
+        "rounded": compared.rounded,
         "proved_events": {name: len(events) for name, events in proof.observations.events.items()},
         "contact": _contact(proof),
         "inversion": _inversion(proof),
@@ -195,9 +174,8 @@ def _contact(proof: Proof) -> dict[str, Json]:
     # E' = -mu g_n v^2 (after eq (1)), so the sign of g_n settles that of E'; rolling conserves E
     if proof.scene.lifts:
         return {"g_n_positive": "while there is contact"}
-    if proof.end_time is not None:
-        lost = _number(proof.end_time, TIME_DIGITS)
-        return {"g_n_positive": "until contact is lost", "lost_at_s": lost}
+    if end := proof.observations.end:
+        return {"g_n_positive": "until contact is lost", "lost_at_s": _time(end.time)}
     least = round_to(bounds(proof.normal_force_bound)[0], ROUND_FLOOR, 6)
     # positive at all times, as the phase would have ended
     return {"g_n_positive": True, FORCE: least, "energy_never_grows": True}
@@ -208,14 +186,14 @@ def _inversion(proof: Proof) -> dict[str, Json]:
         times = proof.inversion
     except NotProved as why:
         return {"failure": str(why)}
-    entries: dict[str, Json] = {"equator": _number(times.equator, TIME_DIGITS)}
-    for name in "ABC":
-        climb = getattr(times, name)
-        entries[name] = {
-            "t_init": _number(climb.t_init, TIME_DIGITS),
-            "t_end": _number(climb.t_end, TIME_DIGITS),
-        }
-    return entries
+    climbs = {name: getattr(times, name) for name in "ABC"}
+    return {
+        "equator": _time(times.equator),
+        **{
+            name: {"t_init": _time(climb.t_init), "t_end": _time(climb.t_end)}
+            for name, climb in climbs.items()
+        },
+    }
 
 
 def _forever(proof: Proof) -> dict[str, Json]:
@@ -225,9 +203,5 @@ def _forever(proof: Proof) -> dict[str, Json]:
         return {"failure": str(why)}
 
 
-def _number(exact: Scalar, digits: int) -> dict[str, str] | None:
-    """Return middle and radius of a ball as decimals."""
-    if exact is None:
-        return None
-    middle, radius = outward(arb(exact), digits)
-    return {"middle": middle, "radius": radius}
+def _time(exact: Scalar) -> dict[str, str] | None:
+    return None if exact is None else outward(arb(exact), TIME_DIGITS)

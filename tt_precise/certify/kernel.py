@@ -1,20 +1,21 @@
 """The theorem, and the program that verifies its hypotheses: one step of an enclosure.
 
 The problem is exact: y' = f(y), y(t0) = y0 with the parameters and the start as the scene writes
-them (irrational numbers such as mu sqrt(g R) are balls as tight as the precision). Polynomials are
-an approximate solution of which nothing is assumed: the theorem holds for any polynomials. Bounds
-are verified at run time, by Taylor models (``models``).
+them (irrational numbers such as mu sqrt(g R) are balls as tight as the precision). Polynomials,
+weights, basis and lengths are guesses (``propose``) of which nothing is assumed. All bounds are
+verified at run time, by Taylor models (``models``).
 
-**One step.** Let p be polynomials on 0 <= s <= S, time t = t0 + u s with an exact unit u; F = u f;
-w > 0 weights, |x| = max |x_i|/w_i and ||.|| the operator norm that belongs to it.
+**One step.** Let p be exact polynomials of 0 <= s <= S, where t = t0 + s; w > 0 weights,
+|x| = max |x_i|/w_i and ||.|| the operator norm that belongs to it.
 
 - **B** Balls contain the exact results of the operations. (Tested against rational arithmetic.)
-- **S1** |F(p(s)) - p'(s)| <= d on [0, S].
-- **S2** T is a tube that contains every p(s) + x with |x| <= r. On it F is defined and continuously
-  differentiable (each division met a divisor that excludes zero), DF(y) lies in the band A(s) for
+- **S1** |f(p(s)) - p'(s)| <= d on [0, S].
+- **S2** T is a tube that contains every p(s) + x with |x| <= r. On it f is defined and continuously
+  differentiable (each division met a divisor that excludes zero), Df(y) lies in the band A(s) for
   every y of the tube at s, and every matrix in A has a logarithmic norm of at most a >= 0, the
   largest of M_ii + sum over j != i of |M_ij| w_j/w_i.
-- **S3** P is a polynomial matrix, P(0) = 1, with ||M P - P'|| <= q for every matrix M in A(s).
+- **S3** P is a matrix of exact polynomials, P(0) = 1, and ||M P - P'|| <= q for every matrix M in
+  A(s).
 - **S4** (|e0| + d S) exp(a S) < r for every e0 in the set of initial errors E0.
 
 **Theorem.** Under B and S1 to S4 the solution y that starts at t0 from p(0) + e0, e0 in E0,
@@ -24,8 +25,8 @@ exists on the whole step and is unique. With G = (exp(a S) - 1)/a, or S where a 
     y(S) = p(S) + (P(S) + Q) e0 + x    with  ||Q|| <= q G  and  |x| <= d G.
 
 *Proof.* f is continuously differentiable near p(0) + e0, so y exists and is unique as long as it
-stays in the tube. There e = y - p obeys e' = F(p + e) - F(p) + (F(p) - p') = M(s) e + c(s), where
-M(s), the integral of DF(p + h e) over 0 <= h <= 1, lies in A(s), which is convex, and |c| <= d. So
+stays in the tube. There e = y - p obeys e' = f(p + e) - f(p) + (f(p) - p') = M(s) e + c(s), where
+M(s), the integral of Df(p + h e) over 0 <= h <= 1, lies in A(s), which is convex, and |c| <= d. So
 |e|' <= a |e| + d (Dahlquist and Lozinskii, 1958), and Gronwall gives |e(s)| <= |e0| exp(a s)
 + d (exp(a s) - 1)/a, which is at most (|e0| + d S) exp(a S) < r: e cannot be the first time at the
 tube's wall, and y exists up to S. Let W be the fundamental matrix of M with W(0) = 1; the norm of
@@ -45,35 +46,22 @@ enclosed at every time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import flint
-import numpy
-from flint import arb, arb_mat, arb_poly, fmpz
+from flint import arb, arb_mat, arb_poly
 
-from tt_precise.certify.balls import NotProved
-from tt_precise.certify.models import Dual, Frame, Rates, TaylorModel, fixed, polynomial, solution
+from tt_precise.certify import propose
+from tt_precise.certify.balls import NotProved, largest
+from tt_precise.certify.models import Frame, KernelEquations, Rates, TaylorModel, polynomial
 
 GUARD = 40  # Bits of the balls beyond those of the polynomials.
-FINER = 8  # Bits of the polynomials beyond those that are asked for.
 # Degree and bits of the models that bound derivatives: 17 digits are more than q needs.
 LOW, LOW_BITS = 10, 80
-TERMS = 80  # The flow's polynomial has at most so many; strong damping makes them large at first.
-SMALL = 1e-12  # The flow's polynomial ends where its terms are smaller: q is about as large.
 TUBE = arb(2) ** -70  # Half the width of the tube in each component.
-LEAST = 2.0**-5  # Least off-diagonal entry, relative to the largest, where weights are chosen.
-
-
-@dataclass(frozen=True)
-class KernelEquations:
-    """y' = ``rates``(y), the precision and the order of the polynomials that follow it."""
-
-    rates: Rates
-    bits: int
-    order: int
 
 
 @dataclass(frozen=True)
@@ -97,37 +85,30 @@ class StateSet:
         """
         if not all(x.is_finite() for x in state):
             raise NotProved("balls", "the start is not finite")
-        free = _moving(equations.rates, state)
+        free = propose.moving(equations.rates, state, arb(0, TUBE))
         n = len(free)
-        basis = arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
-        return cls(time, list(state), free, basis, arb_mat(n, 1, [arb(0)] * n))
-
-    @cached_property
-    def errors(self) -> list[arb]:
-        """The errors of the free components."""
-        return list((self.basis * self.box).entries())
+        return cls(time, list(state), free, _unit(n), arb_mat(n, 1, [arb(0)] * n))
 
     @cached_property
     def state(self) -> list[arb]:
         """Balls around the components."""
-        errors = dict(zip(self.free, self.errors, strict=True))
+        errors = dict(zip(self.free, (self.basis * self.box).entries(), strict=True))
         return [x + errors.get(i, 0) for i, x in enumerate(self.middle)]
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A verified step: |y_i - p_i(s)| <= reach_i for t = ``time`` + ``unit`` s, 0 <= s <= length.
+    """A verified step: |y_i - p_i(s)| <= bounds_i for t = ``time`` + s, 0 <= s <= ``length``.
 
-    ``tube`` are models of y of low degree. ``costs`` are the defect d, the error q G of the flow
-    and the growth exp(a S), by which a proposer chooses the next length.
+    ``tube`` are models of y of low degree. ``costs`` are the bound d S of what the defect adds, the
+    error q G of the flow and the growth exp(a S): they suggest the length of the next step.
     """
 
     equations: KernelEquations
     time: arb
-    unit: arb
     length: arb
     p: list[arb_poly]
-    reach: list[arb]
+    bounds: list[arb]
     tube: list[TaylorModel]
     after: StateSet
     costs: tuple[arb, arb, arb]
@@ -139,14 +120,14 @@ class Step:
 
     def at(self, s: arb) -> list[arb]:
         """Return balls around the state at every local time in ``s``, within [0, length]."""
-        return _widened([p(s) for p in self.p], self.reach)
+        return _widened([p(s) for p in self.p], self.bounds)
 
     def state(self, time: arb) -> list[arb]:
         """Return balls around the state at a time.
 
         Raises ``NotProved``: the time is not surely within the step.
         """
-        s = (time - self.time) / self.unit
+        s = time - self.time
         if not (s >= 0 and s <= self.length):
             raise NotProved("time", f"whether t = {float(time):.6g} is in a step is undecided")
         return self.at(s)
@@ -155,218 +136,135 @@ class Step:
     def sharp(self) -> list[TaylorModel]:
         """Models of y that are as good as the enclosure is, at many times the price of ``tube``."""
         frame = Frame(self.length, self.equations.order)
-        return _widened([TaylorModel(p, frame) for p in self.p], self.reach)
+        return _widened([TaylorModel(p, frame) for p in self.p], self.bounds)
 
 
 def advance(
     equations: KernelEquations,
     states: StateSet,
-    power: int,
     length: arb,
     start: Sequence[arb] | None = None,
 ) -> Step:
-    """Verify S1 to S4 for one step from all ``states``, in units of time 2^power.
+    """Verify S1 to S4 for one step from all ``states``.
 
-    The polynomials are the Taylor series from ``start``, by default from the middle of the states.
-    Any exact start and length are allowed.
+    The polynomials begin near ``start``, by default the middle of the states.
 
     Raises ``NotProved``: a hypothesis could not be verified; a shorter step may do.
     """
     if not (length > 0 and length.is_exact()):
         raise NotProved("S1", "a step has no exact, positive length")
     rates, free, n = equations.rates, states.free, len(states.free)
-    unit = arb(2) ** power
-    p = _taylor(equations, start or states.state, power, length)
+    p = _exact(propose.taylor(equations, start or states.state, length))
     # to where the polynomials begin, which is not quite the start
     gaps = [states.middle[i] - p[i](arb(0)) for i in free]
     box = states.box + states.basis.inv() * arb_mat(n, 1, gaps)
+    e0 = list((states.basis * box).entries())
     frame, low = Frame(length, equations.order), Frame(length, LOW)
-    exact = rates([TaylorModel(x, frame) for x in p])
-    defects = [(polynomial(exact[i], 0) * unit - p[i].derivative())(frame.interval) for i in free]
+    f = rates([TaylorModel(x, frame) for x in p])
+    defects = [(polynomial(f[i]) - p[i].derivative())(frame.interval) for i in free]
     with flint.ctx.workprec(LOW_BITS):
-        tube = _widened(
-            [low.cut(x) for x in p], [TUBE if i in free else arb(0) for i in range(len(p))]
-        )
-        jacobian = _jacobian(rates, tube, free, p, unit)
+        widths = [TUBE if i in free else arb(0) for i in range(len(p))]
+        tube = _widened([low.cut(x) for x in p], widths)
+        jacobian = _jacobian(rates, tube, free, p)
         band = [[entry(low.interval) for entry in row] for row in jacobian]
-        w = _weights(band)
-        flow, q = _flow(jacobian, low, w)
+        w = propose.weights(band)
+        if not all(x > 0 and x.is_finite() for x in w):
+            raise NotProved("S1", "a weight is not positive")
+        flow = propose.flow(jacobian, low)
+        q = _error_of_flow(jacobian, flow, low, w)
     d, before = (
-        _norm([x / weight for x, weight in zip(numbers, w, strict=True)])
-        for numbers in (defects, (states.basis * box).entries())
+        _largest(abs(x / weight) for x, weight in zip(numbers, w, strict=True))
+        for numbers in (defects, e0)
     )
-    a = _largest([arb(0), *(_row(row, i, w) for i, row in enumerate(band))])
+    a = _largest(_row(row, i, w) for i, row in enumerate(band))
     growth = (a * length).exp().upper()
     bound = ((before + d * length) * growth).upper()
-    reach = {i: (bound * weight).upper() for i, weight in zip(free, w, strict=True)}
-    if not all(x < TUBE for x in reach.values()):
+    bounds = {i: (bound * weight).upper() for i, weight in zip(free, w, strict=True)}
+    if not all(x < TUBE for x in bounds.values()):
         raise NotProved("S4", f"the errors leave the tube at t = {float(states.time):.6g}")
     gain = ((growth - 1) / a).upper() if a > 0 else length
-    image = (
-        arb_mat(
-            [
-                [f(length) + arb(0, (q * gain * w[i] / w[j]).upper()) for j, f in enumerate(row)]
-                for i, row in enumerate(flow)
-            ]
-        )
-        * states.basis
-    )
-    basis = _orthogonal(image, box)
+    image = _unit(n)
+    for i, row in enumerate(flow):
+        for j, entry in enumerate(row):
+            image[i, j] = entry(length) + arb(0, (q * gain * w[i] / w[j]).upper())
+    image = image * states.basis
+    basis = propose.basis(image, box)
     back = basis.inv()
     added = arb_mat(n, 1, [arb(0, (d * gain * weight).upper()) for weight in w])
+    box = (back * image) * box + back * added
     return Step(
         equations,
         states.time,
-        unit,
         length,
         p,
-        [reach.get(i, arb(0)) for i in range(len(p))],
+        [bounds.get(i, arb(0)) for i in range(len(p))],
         tube,
-        StateSet(
-            states.time + length * unit,
-            [x(length) for x in p],
-            free,
-            basis,
-            (back * image) * box + back * added,
-        ),
-        (d, (q * gain).upper(), growth),
+        StateSet(states.time + length, [x(length) for x in p], free, basis, box),
+        ((d * length).upper(), (q * gain).upper(), growth),
     )
 
 
-def _moving(rates: Rates, start: Sequence[arb]) -> list[int]:
-    """Return the components that do not stay zero. ``_jacobian`` verifies that the others do."""
-    free = [i for i, x in enumerate(start) if not x.is_zero()]
-    while True:
-        state = [x + arb(0, TUBE) if i in free else arb(0) for i, x in enumerate(start)]
-        changes = enumerate(rates(state))
-        moving = [i for i, change in changes if i in free or not arb(change).is_zero()]
-        if moving == free:
-            return free
-        free = moving
+def _unit(n: int) -> arb_mat:
+    return arb_mat([[int(i == j) for j in range(n)] for i in range(n)])
 
 
-def _taylor(
-    equations: KernelEquations, start: Sequence[arb], power: int, length: arb
-) -> list[arb_poly]:
-    """Return exact polynomials near the solution; the theorem holds for any polynomials."""
-    bits, (mantissa, exponent) = equations.bits + FINER, length.man_exp()
-    # the unit of time in which whole numbers have about the same size as in a step of length 1
-    finer = max(0, -(int(exponent) + int(mantissa).bit_length()))
-    unit = arb(2) ** (power - finer)
-    series = solution(
-        lambda y: [rate * unit for rate in equations.rates(y)],
-        [fixed(x, bits) for x in start],
-        bits,
-    )
-    return [
-        arb_poly(
-            [
-                (arb(fmpz(int(y[n]))) * arb(2) ** (finer * n - bits)).mid()
-                for n in range(equations.order + 1)
-            ]
-        )
-        for y in series
-    ]
+def _exact(polynomials: Sequence[arb_poly]) -> list[arb_poly]:
+    """Return the polynomials.
+
+    Raises ``NotProved``: a coefficient is a ball, or not finite.
+    """
+    if not all(c.is_exact() and c.is_finite() for p in polynomials for c in p.coeffs()):
+        raise NotProved("S1", "a polynomial is not exact")
+    return list(polynomials)
 
 
 def _widened(values: Sequence[Any], radii: Sequence[arb]) -> list[Any]:
     return [x if r.is_zero() else x + arb(0, r) for x, r in zip(values, radii, strict=True)]
 
 
+def _largest(numbers: Iterable[arb]) -> arb:
+    return largest([arb(0), *numbers])
+
+
 def _jacobian(
-    rates: Rates, tube: Sequence[TaylorModel], free: Sequence[int], p: Sequence[arb_poly], unit: arb
+    rates: Rates, tube: Sequence[TaylorModel], free: Sequence[int], p: Sequence[arb_poly]
 ) -> list[list[arb_poly]]:
-    """Return the derivatives DF on the tube, by the components that are free.
+    """Return the derivatives Df on the tube, by the components that are free.
 
     Raises ``NotProved``: another component does not stay zero.
     """
-    duals = rates([Dual(y, {i: 1} if i in free else {}) for i, y in enumerate(tube)])
-    changes = [Dual(0, {}) + change for change in duals]
+    changes = rates.derivatives(tube, free)
     still = (i for i in range(len(p)) if i not in free)
-    if any(p[i].length() or polynomial(changes[i].value, 0).length() for i in still):
+    if any(p[i].length() or polynomial(changes[i].value).length() for i in still):
         raise NotProved("S2", "a component that is zero does not stay zero")
-    return [[polynomial(changes[i].slopes.get(j, 0), 0) * unit for j in free] for i in free]
+    return [[polynomial(changes[i].slopes.get(j, 0)) for j in free] for i in free]
 
 
 def _row(row: Sequence[arb], i: int, w: Sequence[arb]) -> arb:
-    """Return a bound of a row's part in the logarithmic norm."""
-    others = (abs(x) * w[j] / w[i] for j, x in enumerate(row) if j != i)
-    return sum(others, row[i]).upper()
+    """Return a row's part in the logarithmic norm."""
+    return sum((abs(x) * w[j] / w[i] for j, x in enumerate(row) if j != i), row[i])
 
 
-def _largest(numbers: Sequence[arb]) -> arb:
-    """Return the largest of exact numbers.
+def _error_of_flow(
+    jacobian: Sequence[Sequence[arb_poly]],
+    flow: Sequence[Sequence[arb_poly]],
+    low: Frame,
+    w: Sequence[arb],
+) -> arb:
+    """Return q of S3.
 
-    Raises ``NotProved``: one is not finite. (A comparison with NaN is false.)
+    Raises ``NotProved``: P is not exact, or P(0) is not 1.
     """
-    if not all(x.is_finite() for x in numbers):
-        raise NotProved("balls", "a bound is not finite")
-    return max(numbers)
-
-
-def _norm(numbers: Sequence[arb]) -> arb:
-    return _largest([arb(0), *(arb(x).abs_upper() for x in numbers)])
-
-
-def _weights(band: Sequence[Sequence[arb]]) -> list[arb]:
-    """Return weights for which the logarithmic norm is small; any positive numbers are right.
-
-    The rows of a matrix with positive entries off the diagonal have equal sums in the norm that
-    belongs to its eigenvector of Perron and Frobenius, and no other norm has a smaller largest sum.
-    """
-    entries = numpy.array(
-        [
-            [float(x.upper() if i == j else x.abs_upper()) for j, x in enumerate(row)]
-            for i, row in enumerate(band)
-        ]
-    )
-    if not entries.size or not numpy.isfinite(entries).all():
-        return [arb(1)] * len(band)
-    others = ~numpy.eye(len(entries), dtype=bool)
-    least = numpy.abs(entries).max() * LEAST
-    entries[others] = numpy.maximum(entries[others], least)
-    values, vectors = numpy.linalg.eig(entries)
-    vector = numpy.abs(vectors[:, values.real.argmax()].real)
-    sound = numpy.isfinite(vector).all() and vector.min() > 0
-    return [arb(x) for x in (vector / vector.max()).tolist()] if sound else [arb(1)] * len(band)
-
-
-def _flow(
-    jacobian: Sequence[Sequence[arb_poly]], low: Frame, w: Sequence[arb]
-) -> tuple[list[list[arb_poly]], arb]:
-    """Return polynomials P with P(0) = 1, and q of S3."""
-    n = len(jacobian)
-    a = numpy.zeros((low.degree + 1, n, n))
-    for i, row in enumerate(jacobian):
-        for j, entry in enumerate(row):
-            for k, c in enumerate(entry.coeffs()):
-                a[k, i, j] = float(c.mid())
-    terms, length, sizes = [numpy.eye(n)], float(low.end), [1.0]
-    # two terms in turn, as even or odd ones may vanish
-    while n and len(terms) < TERMS and max(sizes[-2:]) > SMALL:
-        k = len(terms)
-        terms.append(sum(a[i] @ terms[k - 1 - i] for i in range(min(k, len(a)))) / k)
-        sizes.append(numpy.abs(terms[k]).max() * length**k)
-    flow = [[arb_poly([t[i, j] for t in terms]) for j in range(n)] for i in range(n)]
     sums = []
     for i, row in enumerate(jacobian):
+        if not all(x[0] == int(i == j) for j, x in enumerate(_exact(flow[i]))):
+            raise NotProved("S3", "P(0) is not 1")
         bound = arb(0)
-        for j in range(n):
+        for j in range(len(row)):
             rest = -flow[i][j].derivative()
             for k, entry in enumerate(row):
                 if entry.length():
                     rest += entry * flow[k][j]
-            bound += rest(low.interval).abs_upper() * w[j] / w[i]
-        sums.append(bound.upper())
-    return flow, _norm(sums)
-
-
-def _orthogonal(image: arb_mat, box: arb_mat) -> arb_mat:
-    """Return a basis for the next set of errors; any invertible matrix is right."""
-    edges = numpy.array([float(x.abs_upper()) for x in box.entries()])
-    if not edges.size:
-        return image
-    columns = numpy.array([[float(x.mid()) for x in row] for row in image.tolist()])
-    lengths = numpy.linalg.norm(columns, axis=0) * (edges / (edges.max() or 1.0) + 1e-30)
-    factor, _ = numpy.linalg.qr(columns[:, numpy.argsort(-lengths, kind="stable")])
-    return arb_mat(factor.tolist())
+            bound += abs(rest(low.interval)) * w[j] / w[i]
+        sums.append(bound)
+    return _largest(sums)

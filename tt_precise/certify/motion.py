@@ -8,27 +8,27 @@ if shorter steps do not help either, nothing is proved.
 from __future__ import annotations
 
 import heapq
-import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import flint
 from flint import arb, arb_poly
 
 from tt_precise.certify.balls import NotProved, require_outward_rounding
-from tt_precise.certify.kernel import LOW_BITS, KernelEquations, StateSet, Step, advance
-from tt_precise.certify.models import Rates
-from tt_precise.certify.problem import EventKind, Problem, ProblemPhase
-from tt_precise.certify.propose import Proposer
+from tt_precise.certify.kernel import LOW_BITS, StateSet, Step, advance
+from tt_precise.certify.models import KernelEquations, Rates
+from tt_precise.certify.problem import Problem, ProblemPhase
+from tt_precise.certify.propose import Lengths
 from tt_precise.certify.start import Function
 from tt_precise.certify.zeros import StepZeros
+from tt_precise.integration.events import TERMINAL, Event
 
 ORDER = 70  # Taylor order; 90 to 100 are some 15 % faster, and the models wider.
 DOUBLE_ERROR = 2.0**-52  # Relative error of a double, doubled.
-# A bound of a function is this near a value of it, or comes from this small a part of a step.
+# A bound of a function is this near a value of it, or is that of a box as short as this.
 NARROW, SHORT = 1e-9, 2.0**-24
-MOST_PARTS = 100_000  # Most parts of steps for a bound: with wide models it is not so close.
+MOST_BOXES = 100_000  # Most boxes for a bound: with wide models it is not so close.
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class VerifiedStep:
     until: arb
 
 
-@dataclass(frozen=True)
+@dataclass
 class Enclosure:
     """The solution, until the horizon or the ``end`` of the motion.
 
@@ -59,11 +59,10 @@ class Enclosure:
     """
 
     problem: Problem
-    bits: int
-    steps: Sequence[VerifiedStep]
-    samples: Sequence[tuple[ProblemPhase, Sequence[arb]]]
-    events: Mapping[str, Sequence[EnclosedEvent]]
-    end: EnclosedEvent | None
+    events: dict[str, list[EnclosedEvent]]
+    steps: list[VerifiedStep] = field(default_factory=list)
+    samples: list[tuple[ProblemPhase, Sequence[arb]]] = field(default_factory=list)
+    end: EnclosedEvent | None = None
 
     def state(self, time: arb) -> tuple[ProblemPhase, list[arb]]:
         """Return phase and state at a time up to the horizon.
@@ -80,59 +79,53 @@ class Enclosure:
     def least(self, function: Function) -> arb:
         """Return a lower bound of a function, close to its least value.
 
+        The box with the lowest bound is halved first.
+
         Raises ``NotProved``: the function has no finite bound.
         """
         with flint.ctx.workprec(LOW_BITS):
-            parts = list(self._intervals(function))
-            least = min(part.value(part.b).upper() for part in parts)
-            bounds = [(float(part.low), n) for n, part in enumerate(parts)]
-            heapq.heapify(bounds)
+            boxes = list[Box]()
+            for verified in self.steps:
+                step = verified.step
+                value, slope = StepZeros(step, verified.phase.motion).with_slope(function)
+                end = min(step.length, (verified.until - step.time).upper())
+                boxes.append(Box(value, slope, arb(0), end))
+            least = min(box.value(box.b).upper() for box in boxes)
+            queue = [(box.bound(), n) for n, box in enumerate(boxes)]
+            heapq.heapify(queue)
             while True:
-                low, n = bounds[0]
-                if not (math.isfinite(low) and least.is_finite()):
-                    raise NotProved("balls", "a function has no finite bound")
-                short = parts[n].b - parts[n].a < SHORT or len(parts) > MOST_PARTS
-                if low > least - NARROW or short:
+                bound, n = queue[0]
+                value, slope, a, b = boxes[n]
+                if bound > least - NARROW or b - a < SHORT or len(boxes) > MOST_BOXES:
                     # as a double it may be rounded up
-                    return arb(low) - abs(arb(low)) * DOUBLE_ERROR
-                least = min(least, parts[n].value(parts[n].middle).upper())
-                heapq.heappop(bounds)
-                for half in parts[n].halves:
-                    heapq.heappush(bounds, (float(half.low), len(parts)))
-                    parts.append(half)
-
-    def _intervals(self, function: Function) -> Iterator[_Interval]:
-        for verified in self.steps:
-            step = verified.step
-            end = min(step.length, ((verified.until - step.time) / step.unit).upper())
-            value, slope = StepZeros(step, verified.phase.motion).with_slope(function)
-            yield _Interval(value, slope, arb(0), end)
+                    return arb(bound) - abs(arb(bound)) * DOUBLE_ERROR
+                middle = ((a + b) / 2).mid()
+                least = min(least, value(middle).upper())
+                heapq.heappop(queue)
+                for half in (Box(value, slope, a, middle), Box(value, slope, middle, b)):
+                    heapq.heappush(queue, (half.bound(), len(boxes)))
+                    boxes.append(half)
 
 
-class _Interval(NamedTuple):
-    """A function with its derivative between two local times of a step."""
+class Box(NamedTuple):
+    """A function and its derivative between two local times of a step."""
 
     value: arb_poly
     slope: arb_poly
     a: arb
     b: arb
 
-    @property
-    def middle(self) -> arb:
-        return ((self.a + self.b) / 2).mid()
+    def bound(self) -> float:
+        """Return a lower bound, from the values or from the middle and the derivative.
 
-    @property
-    def low(self) -> arb:
-        """A bound from the values, or from that in the middle and the slope."""
-        part, middle = self.a.union(self.b), self.middle
-        by_slope = self.value(middle) + self.slope(part) * (part - middle)
-        lows = [x.lower() for x in (self.value(part), by_slope)]
-        return max(lows) if all(x.is_finite() for x in lows) else arb("nan")
-
-    @property
-    def halves(self) -> tuple[_Interval, _Interval]:
-        middle = self.middle
-        return self._replace(b=middle), self._replace(a=middle)
+        Raises ``NotProved``: there is no finite bound.
+        """
+        box, middle = self.a.union(self.b), ((self.a + self.b) / 2).mid()
+        by_slope = self.value(middle) + self.slope(box) * (box - middle)
+        lows = [x.lower() for x in (self.value(box), by_slope)]
+        if not all(x.is_finite() for x in lows):
+            raise NotProved("balls", "a function has no finite bound")
+        return float(max(lows))
 
 
 def enclose(problem: Problem, bits: int, order: int = ORDER) -> Enclosure:
@@ -145,15 +138,12 @@ def enclose(problem: Problem, bits: int, order: int = ORDER) -> Enclosure:
 
 
 class _Walk:
-    """A motion in progress: the enclosure up to the present time."""
+    """A motion in progress, with its enclosure up to the present time."""
 
     def __init__(self, problem: Problem, bits: int, order: int):
         self.problem, self.bits, self.order = problem, bits, order
         self.phases = list(problem.phases)
-        self.steps: list[VerifiedStep] = []
-        self.samples: list[tuple[ProblemPhase, Sequence[arb]]] = []
-        self.events: dict[str, list[EnclosedEvent]] = {name: [] for name in problem.kinds}
-        self.end: EnclosedEvent | None = None
+        self.enclosure = Enclosure(problem, {name: [] for name in problem.kinds})
         self._enter(arb(0), list(problem.start))
 
     def _enter(self, time: arb, state: Sequence[arb]) -> None:
@@ -165,55 +155,56 @@ class _Walk:
         rates = Rates(phase.rates, len(state))
         self.equations = KernelEquations(rates, self.bits, self.order)
         self.states = StateSet.of(self.equations, time, state)
-        self.proposer = Proposer(self.equations)
+        self.lengths = Lengths(self.equations)
         self.entered = True
 
     def through(self) -> Enclosure:
         until = self.problem.until
-        while self.end is None and not self.states.time > until:
-            power, length = self.proposer.next(float(until - self.states.time))
+        while self.enclosure.end is None and not self.states.time > until:
+            length = self.lengths.next(float(until - self.states.time))
             try:
-                step = advance(self.equations, self.states, power, length)
-                if not self.proposer.accepts(step):
+                step = advance(self.equations, self.states, length)
+                if not self.lengths.accepts(length, step.costs):
                     continue
                 ended = self._happened(step)
             except ArithmeticError as why:
-                self.proposer.shorten(why)
+                self.lengths.shorten(why)
                 continue
-            self.states, self.entered, self.proposer.failures = step.after, False, 0
+            self.states, self.entered, self.lengths.failures = step.after, False, 0
             if ended is not None:
                 self._switch(ended)
-        return Enclosure(self.problem, self.bits, self.steps, self.samples, self.events, self.end)
+        return self.enclosure
 
     def _happened(self, step: Step) -> EnclosedEvent | None:
         """Record all that happens in a step, or nothing; return the end of its phase, if any."""
-        phase, until = self.phases[0], self.problem.until
+        phase, until, samples = self.phases[0], self.problem.until, []
+        enclosure = self.enclosure
         zeros = StepZeros(step, phase.motion, self._order if self.entered else None)
         ended = _end_of(phase, zeros, step, until)
         end = until if ended is None else ended.time
-        samples = []
-        for time in self.problem.samples[len(self.samples) :]:
+        for time in self.problem.samples[len(enclosure.samples) :]:
             if not time < step.finish or (ended is not None and time > ended.time):
                 break
             if ended is not None and not time < ended.time:
                 raise NotProved("time", f"whether a sample comes after {phase.ends} is undecided")
             samples.append((phase, step.state(time)))
         events = {
-            name: _events(kind, zeros, phase, step, end)
+            name: _events(kind, zeros, phase, end, self.problem.doubles.get(name))
             for name, kind in self.problem.kinds.items()
             if phase.glides or not kind.gliding
         }
-        self.samples += samples
+        enclosure.samples += samples
         for name, happened in events.items():
-            self.events[name] += happened
-        self.steps.append(VerifiedStep(phase, step, end if end < step.finish else step.finish))
+            enclosure.events[name] += happened
+        end = end if end < step.finish else step.finish
+        enclosure.steps.append(VerifiedStep(phase, step, end))
         return ended
 
     def _switch(self, ended: EnclosedEvent) -> None:
-        phase = self.phases[0]
-        self.events.setdefault(phase.ends, []).append(ended)
-        if phase.is_last:
-            self.end = ended
+        ends = self.phases[0].ends
+        self.enclosure.events.setdefault(ends, []).append(ended)
+        if ends in TERMINAL:
+            self.enclosure.end = ended
             return
         self.phases.append(self.phases.pop(0))
         self._enter(ended.time, ended.state)
@@ -248,14 +239,16 @@ def _end_of(phase: ProblemPhase, zeros: StepZeros, step: Step, until: arb) -> En
 
 
 def _events(
-    kind: EventKind, zeros: StepZeros, phase: ProblemPhase, step: Step, end: arb
+    kind: Event,
+    zeros: StepZeros,
+    phase: ProblemPhase,
+    end: arb,
+    double: tuple[Function, int] | None,
 ) -> list[EnclosedEvent]:
-    double: list[arb] = []
-    if kind.double is not None:
-        turn, way = kind.double
-        double = [zero.time for zero in zeros.of(turn, end) if zero.direction == way]
+    turn, way = double or (None, 0)
+    turns = [zero.time for zero in zeros.of(turn, end) if zero.direction == way] if turn else []
     return [
-        EnclosedEvent(zero.direction, zero.time, step.state(zero.time), phase)
-        for zero in zeros.of(kind.function, end, double)
+        EnclosedEvent(zero.direction, zero.time, zeros.step.state(zero.time), phase)
+        for zero in zeros.of(kind.function, end, turns)
         if kind.direction in (0, zero.direction)
     ]

@@ -20,7 +20,7 @@ from typing import Literal, NamedTuple
 import flint
 from flint import arb
 
-from tt_precise.certify.balls import Balls, NotProved, around, ball
+from tt_precise.certify.balls import Balls, NotProved, ball
 from tt_precise.certify.problem import BALLS
 from tt_precise.certify.well import WELL_BITS, trapping_region
 from tt_precise.exact.thresholds import Theorem, theorem
@@ -37,13 +37,6 @@ from tt_precise.scene.numerals import as_fraction
 # The estimate of the digits is a model, not a bound: the balls are ten times as wide.
 WIDENING = 10
 CONFINED = "energy and lambda confine it"
-# The hypotheses of ``well`` that may fail, in words.
-NOT_CONFINED = {
-    "W1": "a steady motion on an inclined axis may have this lambda",
-    "W2": "bounds of the normal force, or of the spin, reach 0",
-    "W3": "its energy is too high",
-    "W5": "it glides too fast",
-}
 
 
 class Equator(NamedTuple):
@@ -102,9 +95,7 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
                 pole = trapping_region(scene, scene.until, state).pole
                 return End("inverted" if pole < 0 else "upright", CONFINED), never
             except NotProved as error:
-                smooth = scene.body.friction.smooth_at_rest
-                why = NOT_CONFINED.get(error.hypothesis if smooth else "", error.reason)
-                reason = f"energy and lambda do not confine it at the end: {why}"
+                reason = f"energy and lambda do not confine it at the end: {error.reason}"
         if energy_excludes(body, energy, lambda_, z, to=-1):
             return End("not_inverted", _barrier(body, energy, lambda_, z)), never
         return End("undecided", reason), never
@@ -131,5 +122,5 @@ def _last_state(trajectory: Trajectory) -> NewtonState:
     components = []
     for first, last in ((0, 3), (3, 6), (6, 8)):
         size = max(Fraction(1), *map(abs, numbers[first:last]))
-        components += [ball(x) + around(ball(share * size)) for x in numbers[first:last]]
+        components += [ball(x) + arb(0, ball(share * size)) for x in numbers[first:last]]
     return NewtonState(*components)

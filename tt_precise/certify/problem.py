@@ -17,7 +17,7 @@ from tt_precise.certify.balls import Balls, NotProved, ball
 from tt_precise.certify.models import solution
 from tt_precise.certify.start import FormalFunctions, Function, Onset
 from tt_precise.integration.equations import Layout
-from tt_precise.integration.events import TERMINAL, catalogue, event_named
+from tt_precise.integration.events import Event, catalogue, event_named
 from tt_precise.mechanics import compliant, formulations
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -28,20 +28,6 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 BALLS = Arithmetic(Balls, ball)
-
-
-@dataclass(frozen=True)
-class EventKind:
-    """A kind of event: the zeros of a function in one ``direction``, or in both (0).
-
-    Those that are ``gliding`` exist only where the contact point can glide. At the zeros of
-    ``double[0]`` in the direction ``double[1]`` the function is known to have a double zero.
-    """
-
-    function: Function
-    direction: int = 0
-    gliding: bool = False
-    double: tuple[Function, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -62,26 +48,23 @@ class ProblemPhase:
     glides: bool = True
     excluded: tuple[Function, Function] | None = None
 
-    @property
-    def is_last(self) -> bool:
-        """True if the motion ends with the phase."""
-        return self.ends in TERMINAL
-
 
 @dataclass(frozen=True)
 class Problem:
     """A motion from ``start`` at t = 0 to ``until``, through its ``phases`` by turns.
 
     ``onset`` decides how functions begin at t = 0; ``kinds`` are the events to be enclosed, and
-    ``samples`` the times at which the state is.
+    ``samples`` the times at which the state is. At the zeros of ``doubles[name][0]`` in the
+    direction ``doubles[name][1]`` the function of an event is known to have a double zero.
     """
 
     phases: tuple[ProblemPhase, ...]
     start: Sequence[arb]
     until: arb
     onset: Any
-    kinds: Mapping[str, EventKind] = field(default_factory=dict)
+    kinds: Mapping[str, Event] = field(default_factory=dict)
     samples: Sequence[arb] = ()
+    doubles: Mapping[str, tuple[Function, int]] = field(default_factory=dict)
 
 
 def problem_of(scene: Scene) -> Problem:
@@ -92,32 +75,18 @@ def problem_of(scene: Scene) -> Problem:
     """
     forms = _forms(scene)
     start = _pressed(scene, InitialState.of(scene, BALLS), Balls)
-    phases = tuple(
-        ProblemPhase(
-            ends,
-            _rates(form, scene, start),
-            _motion(form, start),
-            function,
-            positive=ends != "landing",
-            glides=form.model != "flight",
-            excluded=(_pull, _height) if ends == "landing" else None,
-        )
-        for ends, form, function in forms
-    )
-    first = list(map(arb, start.first_row(forms[0][1], scene.record)))
-    if not all(arb(x).is_finite() for x in (*first, *start.parameters(forms[0][1]))):
+    phases = tuple(_phase(scene, start, *form) for form in forms)
+    (_, form, _), *_ = forms
+    first = list(map(arb, start.first_row(form, scene.record)))
+    if not all(arb(x).is_finite() for x in (*first, *start.parameters(form))):
         raise NotProved("balls", "a parameter or an initial value is not finite")
     if scene.body.spring and not _height(phases[0].motion(first)) < 0:
         raise NotProved("contact", "the top may begin above the elastic table")
-    onset = _onset(scene, forms[0][1])
-    return Problem(
-        phases,
-        first,
-        start.until,
-        onset,
-        _kinds(scene, onset),
-        [ball(seconds) / start.units.time for seconds in scene.sample_times],
-    )
+    onset = _onset(scene, form)
+    samples = [ball(seconds) / start.units.time for seconds in scene.sample_times]
+    kinds = {name: event_named(name, scene.model) for name in catalogue(scene.model)}
+    doubles = _mirrored(scene, onset)
+    return Problem(phases, first, start.until, onset, kinds, samples, doubles)
 
 
 def _forms(scene: Scene) -> list[tuple[str, Formulation, Function]]:
@@ -137,15 +106,19 @@ def _forms(scene: Scene) -> list[tuple[str, Formulation, Function]]:
     ]
 
 
-def _rates(
-    form: Formulation, scene: Scene, start: InitialState
-) -> Callable[[Sequence[Scalar]], Sequence[Scalar]]:
-    return lambda y: Layout(form, scene.record).rates(start.body, tuple(y), Balls)
-
-
-def _motion(form: Formulation, start: InitialState) -> Callable[[Sequence[Scalar]], Motion]:
-    size = len(form.columns)
-    return lambda y: form.motion(start.body, form.State(*y[:size]), Balls)
+def _phase(
+    scene: Scene, start: InitialState, ends: str, form: Formulation, function: Function
+) -> ProblemPhase:
+    size, layout = len(form.columns), Layout(form, scene.record)
+    return ProblemPhase(
+        ends,
+        lambda y: layout.rates(start.body, tuple(y), Balls),
+        lambda y: form.motion(start.body, form.State(*y[:size]), Balls),
+        function,
+        positive=ends != "landing",
+        glides=form.model != "flight",
+        excluded=(_pull, _height) if ends == "landing" else None,
+    )
 
 
 def _pressed(scene: Scene, start: InitialState, fn: Functions) -> InitialState:
@@ -171,16 +144,7 @@ def _onset(scene: Scene, form: Formulation) -> Onset:
     )
 
 
-def _kinds(scene: Scene, onset: Onset) -> dict[str, EventKind]:
-    kinds = {}
-    for name in catalogue(scene.model):
-        event = event_named(name, scene.model)
-        double = _mirrored(scene, onset) if name == "phi_dot_zero" else None
-        kinds[name] = EventKind(event.function, event.direction, event.gliding, double)
-    return kinds
-
-
-def _mirrored(scene: Scene, onset: Onset) -> tuple[Function, int] | None:
+def _mirrored(scene: Scene, onset: Onset) -> dict[str, tuple[Function, int]]:
     """Return the turning points at which phi_dot is zero without changing its sign, if any.
 
     Without friction, and rolling, the equations for k and L admit reversal of time together with a
@@ -192,13 +156,11 @@ def _mirrored(scene: Scene, onset: Onset) -> tuple[Function, int] | None:
     turn = event_named("theta_max", scene.model).function
     loses = (scene.body.mu and scene.model == "gliding") or scene.body.spring
     if loses or not scene.start.theta_dot == 0 == scene.start.phi_dot:
-        return None
+        return {}
     try:
-        if onset.order(turn) != 1:
-            return None
+        return {"phi_dot_zero": (turn, onset.sign(turn, 1))} if onset.order(turn) == 1 else {}
     except NotProved:
-        return None
-    return turn, onset.sign(turn, 1)
+        return {}
 
 
 def contact_force(q: Motion) -> Scalar:

@@ -9,6 +9,7 @@ excludes zero. Both decisions are about exact numbers.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from flint import arb, fmpq, fmpq_poly
@@ -30,8 +31,7 @@ class Onset:
     """
 
     def __init__(self, formal: Callable[[], Any], balls: Callable[[], Any]):
-        self._series = formal, balls
-        self._motions: dict[int, Any] = {}
+        self.formal, self.balls = cache(formal), cache(balls)
 
     def order(self, function: Function) -> int:
         """Return the order to which a function vanishes.
@@ -39,23 +39,18 @@ class Onset:
         Raises ``NotProved``: that is undecided.
         """
         for order in range(VANISHING + 1):
-            if not self._coefficient(1, function, order).contains(0):
+            if not self._coefficient(function, order).contains(0):
                 return order
-            if Formal.of(coefficient(function(self._motion(0)), order)):
+            if Formal.of(coefficient(function(self.formal()), order)):
                 break
         raise NotProved("zeros", f"a sign at t = 0 is undecided, in order {order}")
 
     def sign(self, function: Function, order: int) -> int:
         """Return the sign of the coefficient of that ``order``, which is not zero."""
-        return 1 if self._coefficient(1, function, order) > 0 else -1
+        return 1 if self._coefficient(function, order) > 0 else -1
 
-    def _coefficient(self, which: int, function: Function, order: int) -> arb:
-        return arb(coefficient(function(self._motion(which)), order))
-
-    def _motion(self, which: int) -> Any:
-        if which not in self._motions:
-            self._motions[which] = self._series[which]()
-        return self._motions[which]
+    def _coefficient(self, function: Function, order: int) -> arb:
+        return arb(coefficient(function(self.balls()), order))
 
 
 class Formal(Field):

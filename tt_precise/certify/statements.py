@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise, starmap
+from typing import Any
 
 import flint
 from flint import arb
@@ -21,7 +23,6 @@ from tt_precise.integration.equations import QUADRATURE_SCALE
 from tt_precise.integration.inversion import NEEDED, InversionTimes, from_events
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import jellett
 from tt_precise.runtime.values import Scalar
 from tt_precise.scene.initial_state import InitialState
@@ -44,12 +45,13 @@ class Proof:
     enclosure: Enclosure
 
     @property
-    def working_bits(self) -> int:
-        return self.bits + GUARD
+    def precision(self) -> AbstractContextManager[Any]:
+        """The working precision of the enclosure."""
+        return flint.ctx.workprec(self.bits + GUARD)
 
     @cached_property
     def _start(self) -> InitialState:
-        with flint.ctx.workprec(self.working_bits):
+        with self.precision:
             return InitialState.of(self.scene, BALLS)
 
     def state(self, seconds: str | int | Fraction) -> dict[str, arb | None]:
@@ -57,22 +59,18 @@ class Proof:
 
         Raises ``NotProved``: the time is not enclosed.
         """
-        with flint.ctx.workprec(self.working_bits):
-            if not 0 <= exact(seconds, "t") <= self.scene.until:
-                raise NotProved("time", f"t = {seconds} s is not enclosed")
-            time = ball(exact(seconds, "t")) / self._start.units.time
-            return self._columns(*self.enclosure.state(time))
+        time = exact(seconds, "t")
+        if not 0 <= time <= self.scene.until:
+            raise NotProved("time", f"t = {seconds} s is not enclosed")
+        with self.precision:
+            return self._columns(*self.enclosure.state(ball(time) / self._start.units.time))
 
     @cached_property
     def observations(self) -> Enclosed:
         """All samples and events, in SI."""
-        with flint.ctx.workprec(self.working_bits):
-            rows = [
-                (seconds, self._columns(*sample))
-                for seconds, sample in zip(
-                    self.scene.sample_times, self.enclosure.samples, strict=False
-                )
-            ]
+        with self.precision:
+            samples = starmap(self._columns, self.enclosure.samples)
+            rows = list(zip(self.scene.sample_times, samples, strict=False))
             events = {
                 name: [
                     TableEvent(
@@ -89,20 +87,13 @@ class Proof:
     def _columns(self, phase: ProblemPhase, state: Sequence[arb]) -> dict[str, arb | None]:
         """Vectors, Euler angles and quadratures in SI; None for a value that does not exist."""
         motion, record = phase.motion(state), self.scene.record
-        vectors = zip(motion.state._fields, motion.state, strict=True)
-        euler = zip(motion.euler._fields, motion.euler, strict=True)
         recorded = (x * QUADRATURE_SCALE for x in state[len(state) - len(record) :])
+        values = {**motion.state._asdict(), **motion.euler._asdict()}
         columns: dict[str, arb | None] = {}
-        for name, x in itertools.chain(vectors, euler, zip(record, recorded, strict=True)):
+        for name, x in [*values.items(), *zip(record, recorded, strict=True)]:
             number = arb(x) * self._start.units.of_dimension(STATE_DIMENSIONS[name])
             columns[name] = number if number.is_finite() else None
         return columns
-
-    @property
-    def end_time(self) -> arb | None:
-        """The time in s at which contact is lost or the top comes down; None without this event."""
-        end = self.observations.end
-        return None if end is None else end.time
 
     @cached_property
     def normal_force_bound(self) -> arb:
@@ -122,7 +113,7 @@ class Proof:
         Raises ``NotProved``: an enclosure excludes conservation, so the proof is wrong.
         """
         bounds = {}
-        with flint.ctx.workprec(self.working_bits):
+        with self.precision:
             motions = [phase.motion(state) for phase, state in self.enclosure.samples]
             for integral in conserved(self.scene.model, self._start.body):
                 scale = arb(integral.scale(motions[0]))
@@ -147,11 +138,10 @@ class Proof:
         times = self.scene.sample_times
         states = dict(zip(times, self.enclosure.samples, strict=True))
 
-        def state(seconds: Fraction) -> NewtonState:
+        def state(seconds: Fraction) -> Any:
             phase, components = states[seconds]
-            with flint.ctx.workprec(self.working_bits):
-                there: NewtonState = phase.motion(components).state
-                return there
+            with self.precision:
+                return phase.motion(components).state
 
         return forever(self.scene, times, state)
 
@@ -171,7 +161,7 @@ class Proof:
             for event in events[name]
         ]
         rows.sort(key=lambda row: float(row["t"]))
-        with flint.ctx.workprec(self.working_bits):
+        with self.precision:
             _require_certainty(rows)
             names = ("name", "t", "direction", "theta", "phi_dot")
             table = {name: [row[name] for row in rows] for name in names}
@@ -194,13 +184,7 @@ def prove(scene: str | Scene, bits: int = BITS) -> Proof:
     """
     scene = load_scene(scene)
     with flint.ctx.workprec(bits + GUARD):
-        try:
-            return Proof(scene, bits, enclose(problem_of(scene), bits))
-        except NotProved as why:
-            if scene.may_stick:
-                stuck = "where a contact sticks Coulomb's law has no derivative"
-                raise NotProved("friction", f"{why.reason}; {stuck}") from None
-            raise
+        return Proof(scene, bits, enclose(problem_of(scene), bits))
 
 
 def _require_certainty(rows: Sequence[dict[str, Scalar]]) -> None:
@@ -209,19 +193,18 @@ def _require_certainty(rows: Sequence[dict[str, Scalar]]) -> None:
     A comparison of balls is true only if it is certain, else false: what the definitions compare
     has to be apart. These are times with each other, and at turning points signs and sides of pi/2.
     """
-    for row, after in itertools.pairwise(rows):
+    for row, after in pairwise(rows):
         if not row["t"] < after["t"]:
-            names = f"{row['name']} and {after['name']}"
-            raise NotProved("inversion", f"which of {names} comes first is undecided")
+            pair = f"{row['name']} and {after['name']}"
+            raise NotProved("inversion", f"which of {pair} comes first is undecided")
     for row in rows:
-        compared = {}
+        compared, theta = {}, row["theta"]
         if row["name"] in ("theta_min", "theta_max", "equator"):
             compared["phi_dot"] = row["phi_dot"]
         if row["name"] in ("theta_min", "theta_max"):
-            theta = row["theta"]
             compared |= {"kz": row["kz"], "theta": theta}
-            compared["pi/2 - theta"] = None if theta is None else arb.pi() / 2 - theta
-            compared["pi - theta"] = None if theta is None else arb.pi() - theta
+            if theta is not None:
+                compared |= {"pi/2 - theta": arb.pi() / 2 - theta, "pi - theta": arb.pi() - theta}
         for name, value in compared.items():
             if value is None or value.contains(0):
                 raise NotProved("inversion", f"the sign of {name} at an event is undecided")

@@ -41,22 +41,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_CEILING, ROUND_FLOOR
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
 
 import flint
 from flint import arb
 
-from tt_precise.certify.balls import (
-    Balls,
-    NotProved,
-    around,
-    between,
-    bounds,
-    largest,
-    outward,
-    round_to,
-)
+from tt_precise.certify.balls import Balls, NotProved, bounds, largest, outward, round_to
 from tt_precise.certify.problem import BALLS
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import integration_form
@@ -93,24 +84,13 @@ class TrappingRegion:
     tilt: arb
     limits: dict[str, arb]
 
-    @property
-    def since_s(self) -> str:
-        """The time from which on the bounds hold, in s."""
-        # here, because `run` proves the end of a motion without golden data
-        from tt_precise.golden.runs import exact_decimal
-
-        return str(exact_decimal(self.since))
-
     def as_dict(self) -> dict[str, Json]:
         return {
             "theta_tends_to": "pi" if self.pole < 0 else "0",
-            "since_s": self.since_s,
+            "since_s": f"{Decimal(self.since.numerator) / self.since.denominator:f}",
             "g_n_at_least_mg": round_to(bounds(self.force)[0], ROUND_FLOOR, 4),
             "sin_theta_at_most": round_to(bounds(self.tilt)[1], ROUND_CEILING, 4),
-            "limits": {
-                name: dict(zip(("middle", "radius"), outward(ball, 30), strict=True))
-                for name, ball in self.limits.items()
-            },
+            "limits": {name: outward(ball, 30) for name, ball in self.limits.items()},
         }
 
 
@@ -145,11 +125,19 @@ def forever(
 def trapping_region(scene: Scene, time: Fraction, state: NewtonState) -> TrappingRegion:
     """Verify W1 to W5 with t0 = ``time`` (s) and the state at t0, for the nearer pole.
 
-    Raises ``NotProved``: one of them could not be verified.
+    Raises ``NotProved``: one of them could not be verified, with any of ``SPEEDS``.
     """
-    well = _Well(scene, state)
-    force, tilt = well.confine()
-    return TrappingRegion(well.pole, time, force, tilt, well.limits())
+    well, why = _Well(scene, state), NotProved("W2", "nothing was tried")
+    for speed in SPEEDS:
+        try:
+            force, tilt = well.bounds(None if speed is None else arb(speed))
+        except NotProved as error:
+            why = error
+            if error.hypothesis not in ("W2", "W5"):
+                break
+        else:
+            return TrappingRegion(well.pole, time, force, tilt, well.limits())
+    raise why
 
 
 class _Well:
@@ -177,21 +165,6 @@ class _Well:
             for name in LIMITS
         }
 
-    def confine(self) -> tuple[arb, arb]:
-        """Verify W1 to W5; returns bounds of the contact force and of sin theta from now on.
-
-        Raises ``NotProved``: one of them could not be verified, with any of ``SPEEDS``.
-        """
-        why = NotProved("W2", "nothing was tried")
-        for speed in SPEEDS:
-            try:
-                return self.bounds(None if speed is None else arb(speed))
-            except NotProved as error:
-                why = error
-                if error.hypothesis not in ("W2", "W5"):
-                    break
-        raise why
-
     def bounds(self, speed: arb | None) -> tuple[arb, arb]:
         """Bounds of the contact force and of sin theta in Y, with v1 = ``speed``.
 
@@ -206,7 +179,7 @@ class _Well:
             beyond = (depth + step).upper().mid()
             if not beyond < 1:
                 break
-            z = pole * (1 - between(depth, beyond))
+            z = pole * (1 - depth.union(beyond))
             depth, step = beyond, step if i < SLICES else step * WIDER
             surplus = self.highest - arb(least_energy(body, z, lambda_))
             if surplus < 0 and i > SLICES:
@@ -226,18 +199,18 @@ class _Well:
         a = contact_arm(body, k)
         turned = newton.angular_momentum(body, k, a)  # I a
         middle = scaled(-self.lambda_ / dot(a, turned), turned)
-        spread = around((budget * largest([arb(body.I1), arb(body.I3)])).sqrt().upper())
+        spread = arb(0, (budget * largest([arb(body.I1), arb(body.I3)])).sqrt().upper())
         L = added(middle, (spread, spread, spread))
         if speed is None:
-            any_speed = around(budget.sqrt().upper())
+            any_speed = arb(0, budget.sqrt().upper())
             state = FORM.motion(body, CentreState(*k, *L, any_speed, any_speed), Balls).state
         else:
-            state = NewtonState(*k, *L, around(speed), around(speed))
+            state = NewtonState(*k, *L, arb(0, speed), arb(0, speed))
         force = arb(newton.normal_force(self._rubbed(state), state))
         if not force > 0 or dot(L, k).contains(0):
             raise NotProved("W2", "the contact force, or the spin, may vanish")
         for i in range(DIRECTIONS if speed is not None else 0):
-            angle = between(arb(i) / DIRECTIONS, arb(i + 1) / DIRECTIONS) * 2 * arb.pi()
+            angle = (arb(i) / DIRECTIONS).union(arb(i + 1) / DIRECTIONS) * 2 * arb.pi()
             state = state._replace(vx=speed * angle.cos(), vy=speed * angle.sin())
             rate = newton.rates(self._rubbed(state), state)
             if not rate.vx * state.vx + rate.vy * state.vy < 0:

@@ -41,7 +41,7 @@ class StepZeros:
 
     ``motion`` turns a state into the argument of the functions. ``order`` says to which order a
     function vanishes at the start of the step; None in a step that continues another one. Where
-    ``tube`` leaves a sign undecided, the models that are ``sharp`` are used.
+    the step's ``tube`` leaves a sign undecided, its ``sharp`` models are used.
     """
 
     def __init__(
@@ -53,11 +53,8 @@ class StepZeros:
         sharp: bool = False,
     ):
         self.step, self.motion, self.order, self.is_sharp = step, motion, order, sharp
-        rates = step.equations.rates
-        series = solution(
-            lambda y: [rate * step.unit for rate in rates(y)], step.sharp if sharp else step.tube
-        )
-        self.along = motion(series)
+        models = step.sharp if sharp else step.tube
+        self.along = motion(solution(step.equations.rates, models))
 
     def of(self, function: Function, until: arb, double: Sequence[arb] = ()) -> list[Zero]:
         """Return all zeros after t = 0 of a function up to a time ``until``, in order.
@@ -75,26 +72,26 @@ class StepZeros:
 
     def never_below(self, function: Function, until: arb) -> bool:
         """Return whether a function is proved to be positive up to a time, by its value alone."""
-        value = polynomial(function(self.along), 0)
+        value = polynomial(function(self.along))
         return bool(value(arb(0).union(self._end(until))) > 0)
 
     def with_slope(self, function: Function) -> tuple[arb_poly, arb_poly]:
-        """Return the polynomials with balls as coefficients that contain a function and slope."""
+        """Return polynomials with balls as coefficients that contain a function and its slope."""
         along = function(self.along)
-        return polynomial(along, 0), polynomial(along, 1)
+        return polynomial(along), polynomial(along, 1)
 
     @cached_property
     def _sharper(self) -> StepZeros:
         return StepZeros(self.step, self.motion, self.order, sharp=True)
 
     def _end(self, until: arb) -> arb:
-        local = ((until - self.step.time) / self.step.unit).upper()
+        """Return the local time of the end of the search."""
+        local = (until - self.step.time).upper()
         return local if local < self.step.length else self.step.length
 
     def _of(self, function: Function, until: arb, double: Sequence[arb]) -> list[Zero]:
-        step, zeros = self.step, list[Zero]()
-        along = function(self.along)
-        value, slope = polynomial(along, 0), polynomial(along, 1)
+        step, zeros, along = self.step, list[Zero](), function(self.along)
+        value, slope = polynomial(along), polynomial(along, 1)
         if not value.length() or not slope.length():
             return []  # it is constant
         begin, end = self._past_the_start(function, along), self._end(until)
@@ -109,10 +106,10 @@ class StepZeros:
                 if before.contains(0) or after.contains(0):
                     raise self._undecided
                 if (before > 0) != (after > 0):
-                    zero = self._refined(function, slope, part)
-                    zeros.append(Zero(1 if after > 0 else -1, step.time + zero * step.unit))
+                    time = step.time + self._refined(function, slope, part)
+                    zeros.append(Zero(1 if after > 0 else -1, time))
                 continue
-            has_double_zero = any(a < (t - step.time) / step.unit < b for t in double)
+            has_double_zero = any(a < t - step.time < b for t in double)
             if has_double_zero and not polynomial(along, 2)(part).contains(0):
                 continue
             if not b - a > step.length * CLOSEST:

@@ -15,9 +15,9 @@ from tt_precise.integration.precision import Precision
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
-from tt_precise.mechanics.parameters import Dimension
+from tt_precise.mechanics.parameters import RATE, SPEED, Dimension
 from tt_precise.mechanics.pose import Pose, pose
-from tt_precise.mechanics.quantities import QUANTITIES, RATE, SPEED, Motion, Quantity, described
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, Quantity, described
 from tt_precise.mechanics.vectors import horizontal_length
 from tt_precise.runtime.values import (
     Array,

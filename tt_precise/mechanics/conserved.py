@@ -33,24 +33,12 @@ class Integral:
     quantities: tuple[str, ...] = ()
 
 
-def _always(model: str, body: Parameters) -> bool:
-    return True
-
-
-def _flight(model: str, body: Parameters) -> bool:
-    return model == "flight"
-
-
-def _rolling(model: str, body: Parameters) -> bool:
-    return model == "rolling"
+def _in(model_of_scene: str) -> Callable[[str, Parameters], bool]:
+    return lambda model, body: model == model_of_scene
 
 
 def _frictionless(model: str, body: Parameters) -> bool:
     return model == "flight" or (model == "gliding" and body.mu == 0)
-
-
-def _own_size(function: Callable[[Motion], Scalar]) -> Callable[[Motion], Scalar]:
-    return lambda q: abs(function(q))
 
 
 def _angular_momentum(q: Motion) -> Scalar:
@@ -63,15 +51,15 @@ def _momentum(q: Motion) -> Scalar:
 
 def _energy_holds(model: str, body: Parameters) -> bool:
     rigid = not body.spring  # an elastic table stores and damps
-    return rigid and (_frictionless(model, body) or _rolling(model, body))
+    return rigid and (_frictionless(model, body) or model == "rolling")
 
 
 _ALL = (
     Integral("jellett", quantities.jellett,
-             lambda q: abs(quantities.jellett(q)) or q.body.R * _angular_momentum(q), _always,
-             "lambda = -L.a; after eq (1)", quantities=("lambda",)),
-    Integral("axis_norm", lambda q: dot(q.k, q.k), lambda q: 1, _always, "k.k = 1"),
-    Integral("energy", quantities.E, _own_size(quantities.E), _energy_holds,
+             lambda q: abs(quantities.jellett(q)) or q.body.R * _angular_momentum(q),
+             lambda *_: True, "lambda = -L.a; after eq (1)", quantities=("lambda",)),
+    Integral("axis_norm", lambda q: dot(q.k, q.k), lambda q: 1, lambda *_: True, "k.k = 1"),
+    Integral("energy", quantities.E, lambda q: abs(quantities.E(q)), _energy_holds,
              "E, where no contact force does work", quantities=("E",)),
     Integral("spin", lambda q: dot(q.state.L, q.k), _angular_momentum, _frictionless,
              "L.k = I3 omega_3; eq (4) with mu = 0", quantities=("omega_3",)),
@@ -81,16 +69,16 @@ _ALL = (
              "m s_dot.X; eq (1) with mu = 0", azimuth=True, quantities=("s_dot_x",)),
     Integral("momentum_y", lambda q: q.body.m * q.s_dot[1], _momentum, _frictionless,
              "m s_dot.Y; eq (1) with mu = 0", azimuth=True, quantities=("s_dot_y",)),
-    Integral("angular_momentum_x", lambda q: q.state.Lx, _angular_momentum, _flight,
+    Integral("angular_momentum_x", lambda q: q.state.Lx, _angular_momentum, _in("flight"),
              "L.X; no torque in flight", azimuth=True),
-    Integral("angular_momentum_y", lambda q: q.state.Ly, _angular_momentum, _flight,
+    Integral("angular_momentum_y", lambda q: q.state.Ly, _angular_momentum, _in("flight"),
              "L.Y; no torque in flight", azimuth=True),
-    Integral("rotational_energy", quantities.E_rot, _own_size(quantities.E_rot), _flight,
-             "omega.L/2; no torque in flight", quantities=("E_rot",)),
-    Integral("routh", quantities.D, _angular_momentum, _rolling, "D; eq (9), rolling",
+    Integral("rotational_energy", quantities.E_rot, lambda q: abs(quantities.E_rot(q)),
+             _in("flight"), "omega.L/2; no torque in flight", quantities=("E_rot",)),
+    Integral("routh", quantities.D, _angular_momentum, _in("rolling"), "D; eq (9), rolling",
              quantities=("D",)),
-    Integral("modified_energy", quantities.E_tilde, _own_size(quantities.E_tilde), _rolling,
-             "E~; eq (8), rolling", quantities=("E_tilde", "E_tilde_main")),
+    Integral("modified_energy", quantities.E_tilde, lambda q: abs(quantities.E_tilde(q)),
+             _in("rolling"), "E~; eq (8), rolling", quantities=("E_tilde", "E_tilde_main")),
 )  # fmt: skip
 # The names of the integrals by those of their quantities, as the paper calls them.
 OF_QUANTITY = {name: integral.name for integral in _ALL for name in integral.quantities}

@@ -9,21 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from tt_precise.mechanics import parameters
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.parameters import Dimension, Parameters
-from tt_precise.mechanics.quantities import (
-    ANGLE,
-    ANGULAR_MOMENTUM,
-    ENERGY,
-    QUANTITIES,
-    RATE,
-    SPEED,
-    E,
-    Motion,
-)
+from tt_precise.mechanics.parameters import Parameters
+from tt_precise.mechanics.quantities import QUANTITIES, E, Motion
 from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length
 from tt_precise.runtime.values import Functions, Scalar
 
@@ -37,7 +29,6 @@ RULE = (
     "and |v_A| for nu_x and nu_y, are divided by sin theta."
 )
 
-LENGTH = Dimension(0, 1, 0)
 ABOUT_THE_VERTICAL = ("phi_dot", "psi_dot")
 ALONG_THE_TILT = ("nu_x", "nu_y")
 
@@ -66,17 +57,17 @@ def sizes(body: Parameters, columns: Mapping[str, Scalar], fn: Functions) -> dic
             sizes_by_name[name] = larger(slip / _tilt(q), moving)
         elif name == "theta_dot":  # the part of k_dot in the direction of the tilt
             sizes_by_name[name] = larger(_length(cross(q.omega, q.k), fn) / _tilt(q), spinning)
-        elif dimension == ANGLE:
+        elif dimension == parameters.ANGLE:
             sizes_by_name[name] = 1 + 0 * omega
-        elif dimension == RATE:
+        elif dimension == parameters.RATE:
             sizes_by_name[name] = larger(abs(value), spinning)
-        elif dimension == SPEED:
+        elif dimension == parameters.SPEED:
             sizes_by_name[name] = moving
-        elif dimension == ANGULAR_MOMENTUM:
+        elif dimension == parameters.ANGULAR_MOMENTUM:
             sizes_by_name[name] = turning
-        elif dimension == LENGTH:
+        elif dimension == parameters.LENGTH:
             sizes_by_name[name] = larger(_distance(name, columns, fn), body.R)
-        elif dimension == ENERGY:
+        elif dimension == parameters.ENERGY:
             sizes_by_name[name] = larger(E(q), body.m * body.g * body.R)
         else:
             sizes_by_name[name] = abs(value)

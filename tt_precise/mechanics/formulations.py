@@ -6,24 +6,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from tt_precise.mechanics import euler, flight, friction, newton, rolling
+from tt_precise.mechanics import euler, flight, friction, newton, parameters, rolling
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.laws import VISCOUS, Law
 from tt_precise.mechanics.newton import CentreState, NewtonState
 from tt_precise.mechanics.parameters import Dimension, Parameters, of_numbers
-from tt_precise.mechanics.quantities import ANGLE, ANGULAR_MOMENTUM, RATE, SPEED, Motion
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.rolling import RollingEulerState, RollingState
 from tt_precise.runtime.values import Functions, Scalar, require_name
 
 COORDINATES = ("newton", "euler")
 
 STATE_DIMENSIONS: dict[str, Dimension] = {
-    **dict.fromkeys(("kx", "ky", "kz", "theta", "phi", "psi"), ANGLE),
-    **dict.fromkeys(("Lx", "Ly", "Lz"), ANGULAR_MOMENTUM),
-    **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), RATE),
-    **dict.fromkeys(("vx", "vy", "s_dot_x", "s_dot_y", "nu_x", "nu_y"), SPEED),
-    **dict.fromkeys(("x", "y", "height"), Dimension(0, 1, 0)),
-    "rise": SPEED,
+    **dict.fromkeys(("kx", "ky", "kz", "theta", "phi", "psi"), parameters.ANGLE),
+    **dict.fromkeys(("Lx", "Ly", "Lz"), parameters.ANGULAR_MOMENTUM),
+    **dict.fromkeys(("theta_dot", "phi_dot", "omega_3"), parameters.RATE),
+    **dict.fromkeys(("vx", "vy", "s_dot_x", "s_dot_y", "nu_x", "nu_y"), parameters.SPEED),
+    **dict.fromkeys(("x", "y", "height"), parameters.LENGTH),
+    "rise": parameters.SPEED,
 }
 
 
@@ -31,20 +31,16 @@ STATE_DIMENSIONS: dict[str, Dimension] = {
 class Formulation:
     """The equations of motion of a model for one kind of state.
 
-    ``derivatives(body, state, fn)`` are those of a ``State``, an ``Integrated`` named tuple, by its
-    variable of integration. ``friction`` is the law and ``spring`` the force of an elastic table,
-    "" for a rigid table.
+    ``rates(body, state, fn)`` are the derivatives of a ``State``, an ``Integrated`` named tuple, by
+    its variable of integration. ``friction`` is the law, ``spring`` the force of an elastic table,
+    or "" for a rigid table.
     """
 
     model: str
     State: Any
-    derivatives: Callable[..., Any]
+    rates: Callable[..., Any]
     friction: Law = VISCOUS
     spring: str = ""
-
-    def rates(self, body: Parameters, state: Any, fn: Functions) -> Any:
-        """The derivatives of a state."""
-        return self.derivatives(body, state, fn)
 
     @property
     def motion_name(self) -> str:

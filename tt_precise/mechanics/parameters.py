@@ -131,6 +131,10 @@ class Dimension(NamedTuple):
         return cls(*powers)
 
 
+ANGLE, LENGTH, RATE, SPEED = (Dimension.of(unit) for unit in ("rad", "m", "rad/s", "m/s"))
+ENERGY, ANGULAR_MOMENTUM, JELLETT = map(Dimension.of, ("J", "kg m^2/s", "kg m^3/s"))
+
+
 class Units(NamedTuple):
     """The units of the dimensionless form: mass m, length R, time sqrt(R/g), in SI."""
 

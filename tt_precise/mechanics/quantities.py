@@ -21,8 +21,6 @@ from tt_precise.mechanics.parameters import SPRINGS, Dimension, Parameters
 from tt_precise.mechanics.vectors import Vector, cross, dot, horizontal_length, subtracted
 from tt_precise.runtime.values import Functions, InputError, Scalar
 
-WRITTEN_LAMBDA = "jellett"  # The attribute of a motion that lambda is, a word of Python's own.
-
 
 class Motion:
     """A body in a state, in one arithmetic: the argument of quantities.
@@ -31,8 +29,7 @@ class Motion:
     lambda, which Python keeps for itself, is ``motion.jellett``.
 
     ``state`` has vectors (with vx = vy = 0 when rolling); ``model`` determines the force at the
-    contact. All values are computed when first needed; ``s_dot`` computes the velocity of CM if
-    this velocity is known more precisely than from the vectors.
+    contact. ``s_dot`` computes the velocity of CM where it is known better than by the vectors.
     """
 
     state: Any  # a NewtonState or a LiftedState
@@ -54,7 +51,7 @@ class Motion:
     if not TYPE_CHECKING:  # where it would make every attribute known
 
         def __getattr__(self, name: str) -> Scalar:
-            quantity = QUANTITIES.get("lambda" if name == WRITTEN_LAMBDA else name)
+            quantity = QUANTITIES.get("lambda" if name == "jellett" else name)
             if quantity is None:
                 raise AttributeError(f"a motion has no {name!r}", name=name, obj=self)
             return quantity.evaluate(self)
@@ -155,12 +152,8 @@ class Motion:
         return euler_from_vectors(self.body, self.state, self.fn)
 
 
-ANGLE, RATE, SPEED, ENERGY = (Dimension.of(unit) for unit in ("rad", "rad/s", "m/s", "J"))
-ANGULAR_MOMENTUM, JELLETT = Dimension.of("kg m^2/s"), Dimension.of("kg m^3/s")
 # The end of a name that marks a user's column without a unit.
 UNITLESS = " [m = R = g = 1]"
-# Types of results that a user's function must not have; gmpy2 and mpmath call complex numbers mpc.
-REFUSED = ("NoneType", "bool", "bool_", "mpc")
 
 
 @dataclass(frozen=True)
@@ -182,11 +175,12 @@ class UserFunction:
         except Exception as error:
             raise InputError(
                 f"{name}: got {type(error).__name__} ({str(error)[:120]}), expected a function of "
-                "quantities of the motion that works in every arithmetic: sums, products, "
-                "quotients, powers, abs, and functions of motion.fn such as motion.fn.sqrt"
+                "the motion with sums, products, powers, abs and functions of motion.fn alone"
             ) from error
         number = next(iter(getattr(value, "flat", ())), value)
-        if isinstance(number, (complex, str)) or type(number).__name__ in REFUSED:
+        # gmpy2 and mpmath call complex numbers mpc
+        refused = type(number).__name__ in ("NoneType", "bool", "bool_", "mpc")
+        if refused or isinstance(number, (complex, str)):
             raise InputError(f"{name}: got {value!r:.60} from the function, expected a real number")
         return value
 
