@@ -77,13 +77,13 @@ evidence: $(DEV)
 slow:     ## tests marked slow: long evidence
 golden:   ## tests marked golden: rebuild the golden data
 fuzz:     ## tests marked fuzz: long fuzzing
-slow golden fuzz: $(DEV)
+proofs:   ## tests marked proofs: long rigorous proofs
+slow golden fuzz proofs: $(DEV)
 	$(PYTEST) -n $(JOBS) -m $@ $(ARGS)
 
 peers:    ## tests marked peers: other integrators (installs every extra)
 clients:  ## tests marked clients: other people's engines (installs every extra)
-proofs:   ## tests marked proofs: long rigorous proofs (installs every extra)
-peers clients proofs: $(ALL)
+peers clients: $(ALL)
 	$(PYTEST) -n $(JOBS) -m $@ $(ARGS)
 
 costs:    ## what calls and commands cost, beside their baselines

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from tests.conftest import Said, more
 from tt_precise.integration import integrate
@@ -21,7 +22,6 @@ INPUTS = ("DIGITS", "LIMITS", "COLUMNS", "UNTIL", "FRICTION", "START", "ENGINE",
 
 
 def read(name: str) -> Any:
-    yaml = pytest.importorskip("yaml", reason="needs the extra docs")
     return yaml.safe_load((ROOT / name).read_text("utf-8"))
 
 
