@@ -11,5 +11,6 @@ from .integration.columns import quantity as quantity
 from .runtime.values import InputError as InputError
 from .scene.scene import Scene as Scene
 from .scene.scene import load_scene as load_scene
+from .summary import summarise as summarise
 from .sweeps.run import sweep as sweep
 from .sweeps.starts import grid as grid

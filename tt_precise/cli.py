@@ -82,20 +82,16 @@ def main(argv: list[str] | None = None) -> int:
     except Exception as error:
         if getattr(error, "errno", None) in EXHAUSTED:
             return _complain(error, BAD_INPUT)
-        return _report_bug(error)
+        import traceback
+
+        click.echo(traceback.format_exc(), err=True)
+        return _complain(f"a bug in tt-precise {__version__} ({type(error).__name__})", BUG)
     return status if isinstance(status, int) else DONE
 
 
 def _complain(message: object, status: int) -> int:
     click.echo(f"tt-precise: {' '.join(str(message).split())}", err=True)
     return status
-
-
-def _report_bug(error: Exception) -> int:
-    import traceback
-
-    click.echo("".join(traceback.format_exception(error)), err=True)
-    return _complain(f"a bug in tt-precise {__version__} ({type(error).__name__})", BUG)
 
 
 def entry() -> None:

@@ -14,7 +14,7 @@ DOCUMENTS = {
     "results": "tt_precise.report.build:Results",
     "golden-manifest": "tt_precise.golden.documents:Manifest",
     "golden-proof": "tt_precise.golden.documents:ProofRecord",
-    "run": "tt_precise.commands.run:RunRecord",
+    "run": "tt_precise.summary:RunSummary",
     "check": "tt_precise.check.result:Checked",
     "sweep": "tt_precise.sweeps.run:Summary",
 }

@@ -6,15 +6,10 @@ import mpmath
 import pytest
 
 from tests.conftest import Printed, Said
-from tt_precise.integration import EVENTS, TERMINAL, Trajectory, catalogue, integrate
+from tt_precise.integration import EVENTS, TERMINAL, catalogue, integrate
 from tt_precise.integration.events import JOINING, change
 
 CLIMB = [f"t_{end}_{definition}" for definition in "ABC" for end in ("init", "end")]
-
-
-@pytest.fixture(scope="module")
-def run() -> Trajectory:
-    return integrate("reference", events=catalogue("gliding"))
 
 
 def test_the_catalogue(said: Said, printed: Printed) -> None:
@@ -27,7 +22,8 @@ def test_the_catalogue(said: Said, printed: Printed) -> None:
     assert (document["joining"], document["terminal"]) == (JOINING, TERMINAL)
 
 
-def test_the_events_of_a_scene(said: Said, printed: Printed, run: Trajectory) -> None:
+def test_the_events_of_a_scene(said: Said, printed: Printed) -> None:
+    run = integrate("reference", events=catalogue("gliding"))
     lines, events = said("events reference").splitlines(), run.events
     assert [line.split()[:4] for line in lines[: len(events)]] == [
         [f"{row['t']:.12f}", "s", row["name"], change(row["name"], row["direction"])]

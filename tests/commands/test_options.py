@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 
 import click
-import pytest
 from click.testing import CliRunner
 
 from tt_precise.commands import options
@@ -41,14 +40,11 @@ def test_lines_or_one_json_object(tmp_path: Path) -> None:
     assert json.loads(file.read_text("utf-8")) == {"size": 1}
 
 
-@pytest.mark.parametrize("size", ["0", "-1", "nan", "inf"])
-def test_a_number_below_the_limit_is_refused(size: str) -> None:
-    status, text = run(f"show --size {size}")
-    assert status == 2
-    assert f"got '{size}', expected a finite number above 0" in " ".join(text.split())
-
-
-def test_a_wrong_name_is_refused() -> None:
+def test_numbers_below_the_limit_and_wrong_names_are_refused() -> None:
+    for size in ("0", "-1", "nan", "inf"):
+        status, text = run(f"show --size {size}")
+        assert status == 2
+        assert f"got '{size}', expected a finite number above 0" in " ".join(text.split())
     result = CliRunner().invoke(group, ["show", "--names", "a,c"])
     assert str(result.exception) == "--names: got 'c', expected one of: a, b"
 
@@ -60,8 +56,6 @@ def end(scene: Scene) -> None:
     click.echo(f"{scene.name} {scene.until}")
 
 
-@pytest.mark.parametrize(
-    ("words", "output"), [("end", "reference 8\n"), ("end rolling --until 1/3", "rolling 1/3\n")]
-)
-def test_a_command_receives_the_scene_with_its_horizon(words: str, output: str) -> None:
-    assert run(words) == (0, output)
+def test_a_command_receives_the_scene_with_its_horizon() -> None:
+    assert run("end") == (0, "reference 8\n")
+    assert run("end rolling --until 1/3") == (0, "rolling 1/3\n")

@@ -1,4 +1,4 @@
-"""``tt-precise run``: one record, the screen made from it, and files."""
+"""``tt-precise run``: the record as JSON and as text, and files."""
 
 import re
 from dataclasses import replace
@@ -6,13 +6,11 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import mpmath
 import pandas
 import pytest
 
 from tests.conftest import Printed, Said, SceneFile, more
 from tests.runtime.conftest import READ
-from tt_precise.commands.run import with_error
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.runtime.tables import FORMATS
 from tt_precise.scene.scene import load_scene
@@ -58,102 +56,6 @@ def test_the_euler_form_prints_vectors_too(printed: Printed) -> None:
     for name in STATE:
         a, b = (float(record["state"][name]) for record in (angles, vectors))
         assert a == pytest.approx(b, rel=1e-11, abs=1e-15), name
-
-
-def test_the_times_and_forces_are_those_of_the_trajectory(printed: Printed) -> None:
-    record = printed("run reference --precision double-double")
-    run = integrate("reference")
-    times = {name: None if t is None else float(t) for name, t in record["times"].items()}
-    assert record["equator"] == "passed"
-    assert times["equator"] == run.inversion.equator
-    assert {name: times[name] for name in run.inversion.times} == run.inversion.times
-    # between the samples at 5.37 and 5.38 s, of which the smaller has 0.0577 N
-    assert times["t_min_g_n"] == pytest.approx(5.37676848807, rel=1e-11)
-    least, most = (float(record["forces"][name]) for name in ("min_g_n", "max_g_n"))
-    assert least == pytest.approx(0.0563416061168, rel=1e-11)
-    force = run.frame("g_n")["g_n"]
-    assert least < force.min()
-    assert force.max() < most < 1.01 * force.max()
-    assert record["errors"] == {}
-    assert [part["model"] for part in record["segments"]] == ["gliding"]
-
-
-@pytest.mark.parametrize(
-    ("words", "equator", "climbs"),
-    [
-        ("regularised-1e-2", "passed", True),
-        ("inverted --until 0.1", "not_passed", False),
-        ("flight", "passed", False),
-        ("stays-upright", "never", False),
-    ],
-)
-def test_the_equator_and_the_climb(
-    printed: Printed, said: Said, words: str, equator: str, climbs: bool
-) -> None:
-    status = int(words == "flight")
-    record = printed("run", words, status=status)
-    assert record["equator"] == equator
-    assert ("equator" in record["times"]) == (equator == "passed")
-    assert ("t_init_A" in record["times"]) == climbs
-    assert f"  equator: {equator.replace('_', ' ')}" in said("run", words, status=status)
-
-
-@pytest.mark.evidence
-def test_times_and_forces_of_requested_digits_have_them(printed: Printed, said: Said) -> None:
-    record = printed("run reference --digits 25")
-    fine = integrate("reference", digits=40, events="all, extremum:g_n")
-    table = fine.event_table(["g_n"])
-    values = {name: t for name, t in fine.inversion.times.items() if t is not None}
-    values |= {"min_g_n": min(table["g_n"])}
-    for name, value in values.items():
-        text = (record["times"] | record["forces"])[name]
-        with mpmath.workdps(50):
-            apart = abs(mpmath.mpf(text) - value)
-        assert apart < 3 * float(record["errors"][name]) < 1e-21  # an estimate, not a bound
-    text = said("run reference --until 6 --digits 25")
-    assert re.search(r"min_g_n: 0\.0563416061168171\d+ \+- [\d.]+e-\d\d N, at 5\.3767\d+ \+-", text)
-
-
-def test_events_are_recorded_on_demand(printed: Printed) -> None:
-    events = printed(SHORT, "--events 'theta_min, nu_y_zero' --columns E,drift:E")["events"]
-    assert {event["name"] for event in events} == {"theta_min", "nu_y_zero"}
-    times = [float(event["t"]) for event in events]
-    assert times == sorted(times)
-    assert all(list(event["state"]) == STATE for event in events)
-    assert all(list(event["columns"]) == ["E"] for event in events)
-    turning = next(event for event in events if event["name"] == "theta_min")
-    assert (turning["change"], turning["error"]) == ("minimum", None)
-    assert abs(float(turning["state"]["theta_dot"])) < 1e-13
-
-
-@pytest.mark.parametrize(
-    ("words", "at_rest", "warning"),
-    [
-        ("reference --until 0.1", "contact point", ""),
-        ("tippetopsim --until 0.1", "centre of mass", ""),
-        ("from-initiation --until 0.1", "", ""),
-        ("regularised-1e-2 --until 0.03", "", ""),
-        ("regularised-1e-2 --until 1.5", "", "at 20 of 151 samples, first at 0.04 s: "),
-        ("reference --until 0.1 --columns drift:E", "contact point", "drift:E: changes since"),
-    ],
-)
-def test_the_point_at_rest_and_warnings(
-    printed: Printed, said: Said, words: str, at_rest: str, warning: str
-) -> None:
-    record = printed("run", words)
-    assert record["at_rest"] == at_rest
-    assert bool(record["warnings"]) == bool(warning)
-    text = said("run", words)
-    assert (f"start: {at_rest} at rest" in text) == bool(at_rest)
-    assert warning in text
-
-
-def test_each_segment_of_a_motion_is_named(printed: Printed, said: Said) -> None:
-    glides, rolls = printed("run coulomb-small-top")["segments"]
-    assert (glides["model"], glides["status"]) == ("gliding", "stick")
-    assert (rolls["model"], rolls["status"]) == ("rolling", "complete")
-    assert glides["end"] == rolls["begin"]
-    assert re.search(r"\n  rolls 0\.\d+ s to 0\.1 s \(complete\)\n", said("run coulomb-small-top"))
 
 
 @pytest.mark.parametrize(
@@ -205,23 +107,6 @@ def test_the_screen_has_the_outcome_and_the_state(said: Said) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "error", "text"),
-    [
-        ("3.1340209458534383", "1.7e-15", "3.1340209458534383 +- 1.7e-15"),
-        ("3.1340209458534383", "2e-5", "3.134021 +- 2e-05"),
-        ("-1.25e-40", "1e-43", "-1.25e-40 +- 1e-43"),
-        ("155", "5e-18", "155 +- 5e-18"),
-        ("0.345054108", None, "0.345054108"),
-        (None, None, "undefined"),
-    ],
-)
-def test_a_number_has_the_digits_that_its_error_leaves(
-    value: str | None, error: str | None, text: str
-) -> None:
-    assert with_error(value, error) == text
-
-
-@pytest.mark.parametrize(
     ("suffix", "precision"),
     [
         *((suffix, "double") for suffix in FORMATS),
@@ -245,7 +130,9 @@ def test_the_suffix_of_a_file_is_its_format(
     assert read.to_dict("list") == expected.to_dict("list")
 
 
-def test_columns_of_a_file_and_panels_of_a_picture(tmp_path: Path, said: Said) -> None:
+def test_columns_of_a_file_panels_of_a_picture_and_a_page(
+    tmp_path: Path, said: Said, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out, one, every = tmp_path / "pose.csv", tmp_path / "one.svg", tmp_path / "all.svg"
     said(SHORT, "--columns 't, theta,drift:E,pose:xyzw' --out", out)
     first = out.read_text("utf-8").splitlines()[0].split(",")
@@ -254,9 +141,6 @@ def test_columns_of_a_file_and_panels_of_a_picture(tmp_path: Path, said: Said) -
     said(SHORT, "--plot", every)
     assert one.read_text("utf-8") != every.read_text("utf-8")
     assert "--columns: got 'lean'" in said(SHORT, "--columns drift:lean", status=2)
-
-
-def test_a_moving_picture(tmp_path: Path, said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     paths: list[Any] = []
     monkeypatch.setattr(Trajectory, "animate", lambda self, path, **_: paths.append(path))
     said(SHORT, "--animate", tmp_path / "run.html")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import click
@@ -44,20 +45,22 @@ def command(
     if stored is not None and run is not None:
         chosen = {look_up(name, stored.by_id).id for name in ids}
         rows = [claim for claim in stored.claims if not ids or claim.id in chosen]
-        rows = [claim for claim in rows if not kind or claim.kind in kind]
     else:
         named = [claim_named(name) for name in ids] if ids else list(claims().values())
         keys = [claim.id for claim in named if not kind or claim.kind in kind]
         with progress_bar(f"judging {len(keys)} claims") as progress:
             rows = judge_all(keys, progress, min(4, workers))
-    rows = [claim for claim in rows if not verdict or claim.verdict in verdict]
+    rows = [
+        claim for claim in rows
+        if (not kind or claim.kind in kind) and (not verdict or claim.verdict in verdict)
+    ]  # fmt: skip
     number = Counter[str](claim.verdict for claim in rows)
     counts = {name: number[name] for name in VERDICTS}
     record = committed.Claims(
         claims=tuple(rows), counts=counts, run=run.with_stale if run else UNSET
     )
     if rows and (full or len(rows) <= MOST_IN_FULL):
-        lines = [line for claim in rows for line in (*in_full(claim), "")]
+        lines = [line for claim in rows for line in in_full(claim)]
     else:
         lines = [f"{claim.id:<8} {claim.verdict:<13} {claim.statement}" for claim in rows]
         total = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
@@ -65,27 +68,21 @@ def command(
     if run is not None:
         lines += [f"From {run.origin}.", "--again recomputes."]
         if run.outdated:
-            lines += ["STALE: the code has changed since, and may judge otherwise.",
-                      "`tt-precise report` judges all claims again."]  # fmt: skip
+            lines.append("STALE: the code has changed since; `tt-precise report` judges again.")
     options.emit(as_json, record, lines)
     return 0
 
 
-def in_full(claim: JudgedClaim) -> list[str]:
-    """Return the lines with everything about a claim."""
-    lines = [
-        f"{claim.id}  {claim.verdict}{' (proved)' if claim.proved else ''}",
-        f"  claim       {claim.statement}",
-        f'  the paper   "{claim.quote}" ({claim.where})',
-    ]
-    if claim.definition:
-        lines.append(f"  definition  {claim.definition}")
-    lines.append(f"  printed     {claim.printed}")
-    if claim.lines:
-        label = "read as" if claim.rule == "interpretations" else "part"
-        lines += [
-            f"  {label:<11} {part.name}: {part.measured} ({part.outcome})" for part in claim.lines
-        ]
-    else:
-        lines.append(f"  measured    {claim.measured}")
-    return [*lines, f"  note        {claim.note}"]
+def in_full(claim: JudgedClaim) -> Iterator[str]:
+    """Yield the lines with everything about a claim."""
+    part_label = "read as" if claim.rule == "interpretations" else "part"
+    parts = [(part_label, f"{part.name}: {part.measured} ({part.outcome})") for part in claim.lines]
+    yield f"{claim.id}  {claim.verdict}{' (proved)' if claim.proved else ''}"
+    for label, text in (
+        ("claim", claim.statement), ("the paper", f'"{claim.quote}" ({claim.where})'),
+        ("definition", claim.definition), ("printed", claim.printed),
+        *(parts or [("measured", claim.measured)]), ("note", claim.note),
+    ):  # fmt: skip
+        if text or label != "definition":
+            yield f"  {label:<11} {text}"
+    yield ""

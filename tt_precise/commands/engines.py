@@ -6,6 +6,7 @@ import dataclasses
 import json
 import shlex
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -32,8 +33,8 @@ GOOD = ("rounding", "converges", "measured")
 @click.option("--job", "job_of", metavar="TEST", help="Print the job of a test at --step.")
 @options.JSON
 def command(
-    program: str | None, law: str, order: float | None, names: tuple[str, ...], step: str,
-    time_limit: float, workers: int, out: Path | None, job_of: str | None, as_json: bool,
+    program: str | None, law: str, names: tuple[str, ...], step: str, out: Path | None,
+    job_of: str | None, as_json: bool, **how: Any,
 ) -> int:  # fmt: skip
     """Measure order and error floor of a physics engine against references, test by test.
 
@@ -55,19 +56,15 @@ def command(
     if job_of:
         click.echo(json.dumps(tests[job_of].job(largest)))
         return 0
-    if not program:
-        raise InputError("run: got no program, expected --run PROGRAM or --job TEST")
     try:
-        words = shlex.split(program)
+        words = shlex.split(program or "")
     except ValueError as error:  # a quotation without end
         raise InputError(f"run: got {program!r} ({error}), expected a program") from None
+    if not program:
+        raise InputError("run: got no program, expected --run PROGRAM or --job TEST")
+    chosen = [tests[name] for name in names or tests]
     with progress_bar("tests of the ladder") as progress:
-        results = list(
-            run_ladder(
-                program, words, [tests[name] for name in names or tests], largest, order=order,
-                time_limit=time_limit, workers=workers, progress=progress,
-            )
-        )  # fmt: skip
+        results = list(run_ladder(program, words, chosen, largest, progress=progress, **how))
     content = {
         "schema": "tt_precise.engines/3",
         "steps": [float(largest / part) for part in (1, 2, 4)],

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tt_precise.commands import options
-from tt_precise.commands.run import event_rows, require_columns, tangency, with_error
 from tt_precise.mechanics.quantities import described
 from tt_precise.runtime.values import InputError, Json, listed
+from tt_precise.summary import TANGENCY, event_rows, with_error
 
 if TYPE_CHECKING:
     from tt_precise.scene.scene import Scene
@@ -27,11 +27,13 @@ CLIMB = "climb"  # The name in --only for the times of the climb alone.
     help="Events, separated by commas; also extremum:QUANTITY, zero:QUANTITY, and climb.",
 )  # fmt: skip
 @click.option(
-    "--columns", default="",
+    "--columns", default="", callback=options.columns,
     help="Columns to show at each event, separated by commas: quantities, error:NAME, digits.",
 )  # fmt: skip
 @options.JSON
-def command(scene: Scene | None, only: str, columns: str, as_json: bool, **how: Any) -> int:
+def command(
+    scene: Scene | None, only: str, columns: tuple[str, ...], as_json: bool, **how: Any
+) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
 
     Each line has the time, the kind (minimum or maximum, up or down through zero; at the equator
@@ -46,43 +48,39 @@ def command(scene: Scene | None, only: str, columns: str, as_json: bool, **how: 
     from tt_precise.integration.reading import is_drift
     from tt_precise.runtime.terminal import progress_bar
 
-    chosen, names = listed(only), [name for name in listed(columns) if name != "t"]
-    require_columns(names)
-    if drifts := [name for name in names if is_drift(name)]:
+    chosen = listed(only)
+    if drifts := [name for name in columns if is_drift(name)]:
         raise InputError(f"--columns: got {drifts[0]!r}, expected none; `run --columns` writes it")
     # The others are recorded in every run, or derived from the events of the climb.
     events = [name for name in chosen if name not in {*JOINING, *TERMINAL, CLIMB}]
     with progress_bar(f"integrating {scene.name}") as progress:
         run = integrate(scene, events=events, progress=progress, **how)
-    exactly, flies = how["digits"] is not None, scene.model == "flight"
+    exactly, text = how["digits"] is not None, run.precision.text
     watched = [name.removeprefix(EXTREMUM) for name in run.setup.watched if EXTREMUM in name]
-    plain = [name.removeprefix("error:") for name in names]
-    extra = list(dict.fromkeys(["theta", *watched, *plain, *names]))
+    asked = [name.removeprefix("error:") for name in columns]
+    extra = list(dict.fromkeys(["theta", *watched, *asked, *columns]))
     rows = [
         row for row in event_rows(run, extra, exactly=exactly)
         if "all" in chosen or row["name"] in chosen
     ]  # fmt: skip
-    lines = [_line(row, plain) for row in rows]
+    lines = [_line(row, asked) for row in rows]
     for row in rows:
         values = row["columns"].items()
-        row["columns"] = {name: v for name, v in values if name.removeprefix("error:") in plain}
+        row["columns"] = {name: v for name, v in values if name.removeprefix("error:") in asked}
     # in free flight a top turns over without a climb
-    climb = {} if flies else run.inversion.times
+    climb = {} if scene.model == "flight" else run.inversion.times
     errors = run.inversion_errors if exactly and climb else {}
     content = {
-        "schema": SCHEMA,
-        "scene": scene.name,
-        "status": run.status,
-        "t_end": run.precision.text(run.t_end),
-        "events": rows,
-        "touches": run.touches,
-        "climb": {key: run.precision.text(time) for key, time in climb.items()} or None,
+        "schema": SCHEMA, "scene": scene.name, "status": run.status, "t_end": text(run.t_end),
+        "events": rows, "touches": run.touches,
+        "climb": {key: text(time) for key, time in climb.items()} or None,
         "climb_errors": {key: f"{errors[key]:.2g}" for key in climb if key in errors} or None,
-    }
-    lines += map(tangency, run.touches)
+    }  # fmt: skip
+    lines += [f"{name}: {TANGENCY}" for name in run.touches]
     if {"all", CLIMB} & {*chosen}:
-        texts, apart = content["climb"] or {}, content["climb_errors"] or {}
-        lines += [f"{key:>9}: {_seconds(text, apart.get(key))}" for key, text in texts.items()]
+        apart = content["climb_errors"] or {}
+        texts = content["climb"] or {}
+        lines += [f"{key:>9}: {_seconds(time, apart.get(key))}" for key, time in texts.items()]
     if run.status != "complete":
         meaning = TERMINAL.get(run.status, "the integration ended early")
         lines.append(f"{run.status} at t = {_seconds(content['t_end'], None)}: {meaning}")
@@ -91,9 +89,7 @@ def command(scene: Scene | None, only: str, columns: str, as_json: bool, **how: 
 
 
 def _seconds(time: str | None, error: str | None) -> str:
-    if time is None:
-        return "none"
-    return f"{float(time):.12f} s" if error is None else f"{with_error(time, error)} s"
+    return "none" if time is None else f"{with_error(time, error, '.12f')} s"
 
 
 def _line(row: dict[str, Json], names: list[str]) -> str:
@@ -102,10 +98,10 @@ def _line(row: dict[str, Json], names: list[str]) -> str:
     theta = "" if values["theta"] is None else f"theta {float(values['theta']):.6f}"
     text = f"{_seconds(row['t'], row['error']):>20}  {row['name']:<20} {row['change']:<8} {theta}"
     for name in dict.fromkeys([*([own] if ":" in row["name"] else []), *names]):
-        value, error = values.get(name), values.get(f"error:{name}")
-        if value is not None:
+        if (value := values.get(name)) is not None:
             unit = "" if name == "digits" else described(name).unit
-            text += f"  {name} {with_error(value, error)} {unit}".rstrip()
+            value = with_error(value, values.get(f"error:{name}"))
+            text += f"  {name} {value} {unit}".rstrip()
     return text
 
 
@@ -113,16 +109,13 @@ def _catalogue(as_json: bool) -> int:
     from tt_precise.integration.events import EVENTS, EXTREMUM, JOINING, TERMINAL, ZERO
 
     meanings = {name: event.meaning for name, event in EVENTS.items()}
-    own = {
+    forms = {
         f"{EXTREMUM}QUANTITY": f"extremum of any quantity, such as {EXTREMUM}g_n",
         f"{ZERO}QUANTITY": f"any quantity changes sign, such as {ZERO}E_dot",
         CLIMB: "times of the climb by three definitions, below the events of a scene",
     }
-    lines = [f"{name:<20} {meaning}" for name, meaning in (meanings | own).items()]
-    lines.append("always recorded; they join two stretches of a trajectory:")
-    lines += [f"{name:<20} {meaning}" for name, meaning in JOINING.items()]
-    lines.append("always watched; they end a trajectory:")
-    lines += [f"{name:<20} {meaning}" for name, meaning in TERMINAL.items()]
+    always = {f"{name} (in every run)": meaning for name, meaning in (JOINING | TERMINAL).items()}
+    listing = meanings | forms | always
     content = {"schema": SCHEMA, "events": meanings, "joining": JOINING, "terminal": TERMINAL}
-    options.emit(as_json, content, lines)
+    options.emit(as_json, content, (f"{name:<20} {text}" for name, text in listing.items()))
     return 0

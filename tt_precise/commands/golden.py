@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,21 +12,20 @@ import click
 from tt_precise.commands import options
 from tt_precise.runtime.terminal import progress_bar
 from tt_precise.runtime.values import InputError, Json
-from tt_precise.runtime.workers import Call, Failure, cores, local_pool
+from tt_precise.runtime.workers import Call, Failure, local_pool
 
 if TYPE_CHECKING:
-    from tt_precise.certify.files import Attempted
     from tt_precise.golden import Built, Verification
     from tt_precise.golden.store import Stored
 
 SCHEMA = "tt_precise.golden.{}/1"
 CHECK_FAILED = 1
+Names = tuple[str, ...]
+SCENES = click.argument("scenes", nargs=-1)
 FOLDER = click.option(
-    "--folder",
-    type=click.Path(file_okay=False, path_type=Path),
+    "--folder", type=options.FOLDER,
     help="Folder of golden data; by default the package's, and ./golden.",
-)
-WORKERS = options.WORKERS
+)  # fmt: skip
 
 
 @click.group("golden")
@@ -34,17 +34,13 @@ def command() -> None:
 
 
 @command.command("build", short_help="Make golden data for scenes.")
-@click.argument("scenes", nargs=-1)
+@SCENES
 @click.option("--replace", is_flag=True, help="Allow published digits to change.")
 @FOLDER
-@WORKERS
+@options.WORKERS
 @options.JSON
 def build_command(
-    scenes: tuple[str, ...],
-    replace: bool,
-    folder: Path | None,
-    workers: int | None,
-    as_json: bool,
+    scenes: Names, replace: bool, folder: Path | None, workers: int, as_json: bool
 ) -> int:
     """Make golden data for SCENES (shipped names or TOML files), by default for all shipped scenes.
 
@@ -71,13 +67,11 @@ def build_command(
 
 
 @command.command("verify", short_help="Verify hashes, proofs and digits.")
-@click.argument("scenes", nargs=-1)
+@SCENES
 @FOLDER
-@WORKERS
+@options.WORKERS
 @options.JSON
-def verify_command(
-    scenes: tuple[str, ...], folder: Path | None, workers: int | None, as_json: bool
-) -> int:
+def verify_command(scenes: Names, folder: Path | None, workers: int, as_json: bool) -> int:
     """Verify golden data of SCENES, by default all: hashes, proofs and fresh computations.
 
     A scene is a name, its TOML file, or the folder of its data. Exit status 1 if anything is wrong.
@@ -87,10 +81,8 @@ def verify_command(
     with progress_bar("verifying golden data") as progress:
         verifications = verify(scenes or None, folder=folder, workers=workers, progress=progress)
     entries = [{**vars(scene), "verdict": scene.verdict} for scene in verifications]
-    content = {"schema": SCHEMA.format("verify"), "scenes": entries}
-    options.emit(
-        as_json, content, (line for scene in verifications for line in _verified_lines(scene))
-    )
+    lines = (line for scene in verifications for line in _verified_lines(scene))
+    options.emit(as_json, {"schema": SCHEMA.format("verify"), "scenes": entries}, lines)
     return 0 if all(scene.verdict == "pass" for scene in verifications) else CHECK_FAILED
 
 
@@ -102,17 +94,14 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 
     Exit status 1 if data cannot be read.
     """
-    from tt_precise.golden import proofs, store
+    from tt_precise.golden import store
     from tt_precise.scene.scene import shipped
 
     present = store.some(store.scenes(folder), folder)
     entries, damaged = [], []
     for name in present:
         try:
-            stored = store.read_files(name, folder)
-            proof = proofs.summary(stored)
-            reason = _unproved(stored) if proof is None else None
-            entries.append({**_listed(stored), "proof": proof, "unproved": reason})
+            entries.append(_entry(store.read_files(name, folder)))
         except InputError as error:
             damaged.append({"scene": name, "problem": str(error)})
     missing = [name for name in shipped() if name not in present]
@@ -129,19 +118,15 @@ def list_command(folder: Path | None, as_json: bool) -> int:
 
 
 @command.command("certify", short_help="Prove the printed digits.")
-@click.argument("scenes", nargs=-1)
+@SCENES
 @FOLDER
 @click.option(
     "--check", "again", is_flag=True, help="Prove again, and compare with the stored statements."
 )
-@WORKERS
+@options.WORKERS
 @options.JSON
 def certify_command(
-    scenes: tuple[str, ...],
-    folder: Path | None,
-    again: bool,
-    workers: int | None,
-    as_json: bool,
+    scenes: Names, folder: Path | None, again: bool, workers: int, as_json: bool
 ) -> int:
     """Prove the printed digits of SCENES, by default of all golden data, in ball arithmetic.
 
@@ -150,61 +135,53 @@ def certify_command(
     or proof.json states something else.
     """
     from tt_precise.certify.files import attempted
+    from tt_precise.golden import store
     from tt_precise.golden.proofs import PROOF
-    from tt_precise.golden.store import require, some
-    from tt_precise.golden.store import scenes as golden_scenes
     from tt_precise.runtime.files import require_writable
 
-    scenes = tuple(dict.fromkeys(scenes or some(golden_scenes(folder), folder)))
+    scenes = tuple(dict.fromkeys(scenes or store.some(store.scenes(folder), folder)))
     for name in scenes:  # fail early
-        place = require(name, folder)
+        place = store.require(name, folder)
         if not again:
             require_writable(place / PROOF)
     calls = [Call(name, (name, folder, again)) for name in scenes]
-    entries: list[dict[str, Json]] = []
-    with (
-        local_pool(min(workers or cores(), len(calls))) as pool,
-        progress_bar("proving") as progress,
-    ):
+    entries: dict[str, dict[str, Json]] = {}
+    with local_pool(min(workers, len(calls))) as pool, progress_bar("proving") as progress:
         for call, result in pool.perform(attempted, calls, progress):
             if isinstance(result, Failure):
                 raise result.error
-            entries.append(vars(result))
+            entries[call.key] = vars(result)
             if not as_json:  # each when it is done: a proof takes up to minutes
-                click.echo(_attempted_line(call.key, result))
-    entries.sort(key=lambda one: scenes.index(str(one["scene"])))
-    options.emit(as_json, {"schema": "tt_precise.golden.certify/2", "scenes": entries}, ())
-    return 0 if all(entry["verdict"] == "proved" for entry in entries) else CHECK_FAILED
+                click.echo(
+                    f"{call.key:<22}refused: {result.reason}" if result.reason else
+                    f"{call.key:<22}proved: {result.numbers} numbers rounded correctly, "
+                    f"{result.events} events; {result.steps} steps"
+                )  # fmt: skip
+    rows = [entries[name] for name in scenes]
+    options.emit(as_json, {"schema": "tt_precise.golden.certify/2", "scenes": rows}, ())
+    return 0 if all(row["verdict"] == "proved" for row in rows) else CHECK_FAILED
 
 
-def _attempted_line(name: str, result: Attempted) -> str:
-    if result.reason:
-        return f"{name:<22}refused: {result.reason}"
-    return (
-        f"{name:<22}proved: {result.numbers} numbers rounded correctly, {result.events} events; "
-        f"{result.steps} steps"
-    )
+def _entry(stored: Stored) -> dict[str, Json]:
+    """Return the entry of a scene in the list; ``unproved`` is the reason why it has no proof."""
+    from tt_precise.golden import proofs
 
-
-def _listed(stored: Stored) -> dict[str, Json]:
-    manifest = stored.manifest
+    manifest, spring = stored.manifest, stored.scene.body.spring
+    reasons = {
+        "the contact sticks": "stick" in stored.events.column("name"),
+        "it flies on": stored.scene.flies,
+        f"{spring} table": spring == "hunt-crossley",
+        "not proved yet": True,
+    }
+    proof = proofs.summary(stored)
     return {
         "scene": stored.name,
         **{key: manifest[key] for key in ("title", "status", "t_end", "digits")},
         "rows": manifest["files"]["trajectory.csv"]["rows"],
         "events": manifest["files"]["events.csv"]["rows"],
-        "agreement": manifest["evidence"]["agreement"],
-    }
-
-
-def _unproved(stored: Stored) -> str:
-    """Return the reason why a scene has no proof: a phase that proofs do not cover."""
-    if "stick" in stored.events.column("name"):
-        return "the contact sticks"
-    if stored.scene.flies:
-        return "it flies on"
-    spring = stored.scene.body.spring
-    return f"{spring} table" if spring == "hunt-crossley" else "not proved yet"
+        "agreement": manifest["evidence"]["agreement"], "proof": proof,
+        "unproved": next(text for text, is_so in reasons.items() if is_so) if not proof else None,
+    }  # fmt: skip
 
 
 def _proof_text(row: dict[str, Json]) -> str:
@@ -213,20 +190,22 @@ def _proof_text(row: dict[str, Json]) -> str:
     return f"NONE ({proof['problem']})" if "problem" in proof else f"{proof['digits']} proved"
 
 
-def _built_lines(built: Built) -> list[str]:
+def _built_lines(built: Built) -> Iterator[str]:
     line = f"{built.scene:<22}{built.outcome:<17}"
     if built.digits is not None:
         line += f"{built.digits:>3} digits"
     if built.bits is not None and built.agreement is not None:
         line += f", agreement {built.agreement:.1f} at {built.bits[0]} and {built.bits[1]} bits"
-    line += f"  {built.seconds:6.0f} s of CPU time"
-    return [line, f"    {built.note}"] if built.note else [line]
+    yield f"{line}  {built.seconds:6.0f} s of CPU time"
+    if built.note:
+        yield f"    {built.note}"
 
 
-def _verified_lines(verified: Verification) -> list[str]:
+def _verified_lines(verified: Verification) -> Iterator[str]:
     line = f"{verified.scene:<22}{verified.verdict}  {verified.digits_claimed} digits claimed"
     if verified.digits_proved is not None:
         line += f", {verified.digits_proved} proved"
     if verified.digits_found is not None:
         line += f", {verified.digits_found:.1f} found again in {verified.fresh}"
-    return [line, *(f"    {problem}" for problem in verified.problems)]
+    yield line
+    yield from (f"    {problem}" for problem in verified.problems)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
+import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
+from tt_precise.runtime import plotting, tables
+from tt_precise.runtime.files import require_writable
+from tt_precise.runtime.terminal import say
 from tt_precise.runtime.values import Json, listed, require_name
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -18,23 +22,30 @@ F = TypeVar("F", bound=Callable[..., Any])
 DIGITS = "Digits are relative to the size of each quantity; `tt-precise columns` states the rule."
 
 
-class _Written(click.Path):
-    """A file that a command writes, refused before the work if it cannot be written."""
+class Written(click.Path):
+    """A file that a command writes, refused before the work if it cannot be written.
+
+    ``require`` refuses another suffix.
+    """
+
+    def __init__(self, require: Callable[[Path], object] = lambda path: None):
+        super().__init__(dir_okay=False, writable=True, path_type=Path)
+        self._require = require
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from tt_precise.runtime.files import require_writable
-
-        path = super().convert(value, param, ctx)
-        require_writable(str(path))
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        self._require(path)
+        require_writable(path)
         return path
 
 
-FILE = _Written(dir_okay=False, writable=True, path_type=Path)
+FILE, TABLE, PICTURE = Written(), Written(tables.format_of), Written(plotting.require_format)
+FOLDER = click.Path(file_okay=False, path_type=Path)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 PRECISION = click.option(
     "--precision",
     type=click.Choice(["double", "double-double", "quad", "triple-double", "mp"]),
-    help="The arithmetic: 53 bits (the default), 64, 104, 113, 155 or 200.",
+    help="The arithmetic: 53 bits (the default), 104, 113, 155 or 200.",
 )
 
 
@@ -45,12 +56,9 @@ def _cores() -> int:
 
 
 WORKERS = click.option(
-    "--workers",
-    type=click.IntRange(1),
-    default=_cores,
-    show_default="one for each core",
+    "--workers", type=click.IntRange(1), default=_cores, show_default="one for each core",
     help="Number of processes.",
-)
+)  # fmt: skip
 
 
 def scene(**argument: Any) -> Callable[[F], F]:
@@ -90,44 +98,51 @@ def several(names: Iterable[str], option: str, text: str) -> Callable[[F], F]:
     return click.option(option, default="", callback=chosen, help=help_text)
 
 
+def columns(_: click.Context, __: click.Parameter, value: str) -> tuple[str, ...]:
+    """Return the columns in the text of an option, without t: quantities, poses, errors, drifts.
+
+    Raises ``InputError``: a name is neither a column nor an error or a drift of one.
+    """
+    from tt_precise.integration.columns import POSE_COLUMNS
+    from tt_precise.mechanics.conserved import INTEGRALS
+    from tt_precise.mechanics.formulations import STATE_DIMENSIONS
+    from tt_precise.mechanics.quantities import QUANTITIES
+
+    known = [*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS, "digits"]
+    names = tuple(name for name in listed(value) if name != "t")
+    for name in names:
+        plain = name.removeprefix("error:").removeprefix("drift:")
+        drifts = INTEGRALS if name.startswith("drift:") else ()
+        require_name("--columns", plain, [*known, *drifts])
+    return names
+
+
 def emit(as_json: bool, content: Json, lines: Iterable[str], out: str | Path | None = None) -> None:
     """Print ``content`` (a ``Record`` or plain values) as one JSON object, or the lines.
 
     With ``out`` the JSON object is written to that file too.
     """
-    from tt_precise.runtime.terminal import say
+    from tt_precise.runtime.files import atomic_write
+    from tt_precise.runtime.records import encode
 
-    text = ""
-    if as_json or out is not None:
-        from tt_precise.runtime.records import encode
-
-        text = encode(content)
     if out is not None:
-        from tt_precise.runtime.files import atomic_write
-
-        atomic_write(out, text)
+        atomic_write(out, encode(content))
     if as_json:
-        click.echo(text, nl=False)
+        click.echo(encode(content), nl=False)
     else:
         say(lines)
 
 
-class _Finite(click.ParamType):
-    """A finite float above a limit."""
+def _above(least: float) -> Callable[[str], float]:
+    """Return the type of finite numbers above a limit."""
 
-    name = "number"
+    def number(text: Any) -> float:
+        value = float(click.FLOAT.convert(text, None, None))
+        if not (math.isfinite(value) and value > least):
+            raise click.BadParameter(f"got {text!r}, expected a finite number above {least:g}")
+        return value
 
-    def __init__(self, above: float = -math.inf):
-        self._above = above
-        self._expected = "a finite number" + (f" above {above:g}" if above > -math.inf else "")
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> float:
-        number = float(click.FLOAT.convert(value, param, ctx))
-        if not (math.isfinite(number) and number > self._above):
-            self.fail(f"got {value!r}, expected {self._expected}", param, ctx)
-        return number
+    return number
 
 
-FINITE, POSITIVE = _Finite(), _Finite(above=0)
+FINITE, POSITIVE = _above(-math.inf), _above(0)

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from tt_precise.commands.options import JSON, emit
-from tt_precise.mechanics.laws import VISCOUS, law_named
 from tt_precise.runtime.values import InputError, Json
-
-if TYPE_CHECKING:
-    from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import Scene, load_scene, shipped
 
 SCHEMA = "tt_precise.scene/1"
 DIGITS = 20  # digits of lambda and its thresholds
 NEAR = 0.05  # relative distance from a threshold that deserves a warning
 LIGHT = 0.3  # normal force in m g below which contact may be lost soon
+FORCES = {"flight": "nothing touches the top", "rolling": "a force that keeps it rolling"}
 
 
 @click.group("scene")
@@ -47,8 +43,6 @@ def new(file: Path, force: bool) -> None:
 @JSON
 def list_command(as_json: bool) -> None:
     """List the shipped scenes."""
-    from tt_precise.scene.scene import load_scene, shipped
-
     scenes = [load_scene(name) for name in shipped()]
     content = [{"name": scene.name, "model": scene.model, "title": scene.title} for scene in scenes]
     lines = [f"{s.name:<22} {s.model:<8} {float(s.until):>6g} s  {s.title}" for s in scenes]
@@ -61,58 +55,35 @@ def list_command(as_json: bool) -> None:
 def show(scene: str, as_json: bool) -> None:
     """Show derived numbers and warnings of SCENE, a shipped name or a TOML file.
 
-    The numbers are gamma, lambda over its thresholds, the verdict of Theorem 1.1 on the start, and
-    the static balance. Nothing is integrated; for the motion of the axis use `tt-precise run`.
+    The numbers are gamma, lambda over its thresholds and the verdict of Theorem 1.1 on the start.
+    Nothing is integrated; for the motion of the axis use `tt-precise run`.
     """
-    from tt_precise.scene.scene import load_scene
-
-    content = summary(load_scene(scene))
-    emit(as_json, content, lines(content))
+    loaded = load_scene(scene)
+    content = summary(loaded)
+    emit(as_json, content, lines(loaded, content))
 
 
 def summary(scene: Scene) -> dict[str, Json]:
     """Return derived numbers and warnings of a scene, for JSON."""
     from tt_precise.exact.thresholds import thresholds
 
-    results = thresholds(scene, DIGITS)
+    results, body = thresholds(scene, DIGITS), scene.body
     values = {name: quantity.value for name, quantity in results.quantities.items()}
     ratios = {
         name: None if values.get(name) is None else float(values["lambda"] / values[name])
         for name in ("lambda_thres", "lambda_up")
     }
-    body = scene.body
     return {
-        "schema": SCHEMA,
-        "scene": scene.name,
-        "title": scene.title,
-        "source": scene.source,
-        "model": scene.model,
+        "schema": SCHEMA, "scene": scene.name, "title": scene.title, "source": scene.source,
+        "model": scene.model, "spring": body.spring, "flies": scene.flies,
         "friction": body.law if scene.model == "gliding" and body.mu else "none",
-        "spring": body.spring,
-        "flies": scene.flies,
         "body": {name: str(value) for name, value in body.in_file_units().items()},
         "start": {name: str(value) for name, value in scene.start.components().items()},
         "given": {name: str(value) for name, value in scene.derived_from.items()},
-        "at_rest": scene.at_rest,
-        "until": str(scene.until),
-        "gamma": float(body.gamma),
-        "lambda": float(values["lambda"]),
-        "lambda_over": ratios,
-        "theorem": results.theorem.as_dict(),
-        "static_balance": balance(scene),
-        "warnings": list(warnings(scene, ratios)),
-    }
-
-
-def balance(scene: Scene) -> str:
-    """Return the words for the static balance: the place of a top without spin."""
-    if scene.model == "flight":
-        return "none: nothing carries the top"
-    height = float(scene.body.alpha * scene.body.R) * 1000
-    return (
-        f"rests at theta = 0, with the centre of mass {height:.3g} mm below the centre of the "
-        "sphere; theta = pi is its unstable balance"
-    )
+        "at_rest": scene.at_rest, "until": str(scene.until),
+        "gamma": float(body.gamma), "lambda": float(values["lambda"]), "lambda_over": ratios,
+        "theorem": results.theorem.as_dict(), "warnings": list(warnings(scene, ratios)),
+    }  # fmt: skip
 
 
 def warnings(scene: Scene, ratios: Mapping[str, float | None]) -> Iterator[str]:
@@ -143,54 +114,34 @@ def warnings(scene: Scene, ratios: Mapping[str, float | None]) -> Iterator[str]:
         return  # there need be no contact
     double = precision_named("double")
     force = InitialState.of(scene, double.arithmetic).motion(double.context).force[2]
-    if force <= 0:
-        yield f"g_n = {float(force):.3g} m g at t = 0: the top is not on the table"
-    elif force < LIGHT:
-        yield f"g_n is only {float(force):.3g} m g at t = 0: contact may be lost soon"
+    if force < LIGHT:
+        off = "the top is not on the table" if force <= 0 else "contact may be lost soon"
+        yield f"g_n is only {float(force):.3g} m g at t = 0: {off}"
 
 
-def lines(content: dict[str, Json]) -> Iterator[str]:
+def lines(scene: Scene, content: dict[str, Json]) -> Iterator[str]:
     """Yield the text of ``scene show``."""
     from tt_precise.exact.thresholds import IN_WORDS
-    from tt_precise.scene.body import unit_of
 
-    friction, spring = content["friction"], content["spring"]
-    law = VISCOUS if friction == "none" else law_named(friction)
-    forces = {"flight": "nothing touches the top", "rolling": "a force that keeps it rolling"}
+    friction, spring, theorem = content["friction"], content["spring"], content["theorem"]
     force = "no friction" if friction == "none" else f"{friction} friction"
-    force = forces.get(content["model"], force) + (f", {spring} elastic table" if spring else "")
-    flies = ", flying where contact is lost" if content["flies"] else ""
-    theorem = content["theorem"]
+    force = FORCES.get(scene.model, force) + (f", {spring} elastic table" if spring else "")
+    flies = ", flying where contact is lost" if scene.flies else ""
     ratios = "   ".join(
         f"lambda/{name} = {value:.6g}" if value is not None else f"{name} does not exist"
         for name, value in content["lambda_over"].items()
     )
-    yield f"{content['scene']}: {content['title']}"
-    yield f"  model      {content['model']}, {force}{flies}, until {content['until']} s"
-    for table in ("body", "start"):
-        numbers = ", ".join(
-            f"{name} {_short(value)} {unit_of(name, law, spring)}".rstrip()
-            for name, value in content[table].items()
-            if name != "mu" or friction != "none"
-        )
-        yield f"  {table:<10} {numbers}"
-    if content["given"]:
-        entries = ", ".join(f"{name} = {_short(value)}" for name, value in content["given"].items())
-        yield f"  given      {entries}"
-    if content["at_rest"]:
-        yield f"  at rest    {content['at_rest']}"
+    yield f"{scene.name}: {scene.title}"
+    yield f"  model      {scene.model}, {force}{flies}, until {scene.until} s"
+    for table, texts in (("body", scene.body.texts()), ("start", scene.start.texts())):
+        if friction == "none":
+            texts.pop("mu", None)
+        yield f"  {table:<10} {', '.join(f'{name} {text}' for name, text in texts.items())}"
+    if given := content["given"]:
+        yield f"  given      {', '.join(f'{name} = {value}' for name, value in given.items())}"
+    if scene.at_rest:
+        yield f"  at rest    {scene.at_rest}"
     yield f"  gamma      {content['gamma']:.6g}"
     yield f"  lambda     {content['lambda']:.10g} kg m^3/s; {ratios}"
     yield f"  theorem    {IN_WORDS[theorem['verdict']]}: {theorem['reason']}"
-    yield f"  balance    {content['static_balance']}"
     yield from (f"  WARNING    {warning}" for warning in content["warnings"])
-
-
-def _short(value: str) -> str:
-    """Return a fraction as a short decimal; another text (pi - 1e-9) unchanged."""
-    from tt_precise.scene.entries import brief
-
-    try:
-        return brief(Fraction(value))
-    except ValueError:
-        return value

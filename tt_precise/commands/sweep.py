@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import click
@@ -18,6 +19,8 @@ from tt_precise.scene.scene import Scene
 CONTRADICTED = NOT_FOUND = 1
 LINE = "a sweep with --record lambda_ratio has the line of Theorem 1.1's threshold too"
 SUMMARISED = {"t_init_A": "s", "t_end_A": "s", "min_g_n": "N", "jellett_drift": ""}
+# The mark \b of click, which keeps lines, is a control character.
+HELP = (Path(__file__).parent / "sweep.txt").read_text("utf-8").replace("\\b", "\b")
 
 
 class _RunByDefault(click.Group):
@@ -34,7 +37,7 @@ def command() -> None:
     """Integrate many starts: sweep SCENE --vary ...; plot: sweep plot RESULT --x ... --y ..."""
 
 
-@command.command("run", short_help="Integrate a scene from many starts.")
+@command.command("run", short_help="Integrate a scene from many starts.", help=HELP)
 @options.scene()
 @click.option(
     "--vary", multiple=True, metavar="NAME=FIRST:LAST:COUNT", help="A grid, or values: NAME=1,2."
@@ -46,11 +49,9 @@ def command() -> None:
     "--record", default="", help="Extra columns, separated by commas, such as climb_A,max_nu_y."
 )
 @click.option(
-    "--contact",
-    default="unilateral",
-    show_default=True,
+    "--contact", default="unilateral", show_default=True,
     help="unilateral: a row ends where g_n reaches 0; bilateral: a row continues with g_n < 0.",
-)
+)  # fmt: skip
 @click.option(
     "--out",
     help="A .csv file, or a folder or fsspec URL for Parquet files (extra parquet). The same "
@@ -69,65 +70,21 @@ def run(
     scene: Scene, vary: tuple[str, ...], box: tuple[str, ...], samples: int, seed: int,
     dask: str | None, workers: int, as_json: bool, **settings: Any,
 ) -> int:  # fmt: skip
-    """Integrate SCENE from many starts.
-
-    sweep plot draws the rows; sweep find looks for a threshold. Any number of the scene's file can
-    be varied. A row of gliding with the viscous law, or of rolling, on a rigid table takes
-    milliseconds; every other row is a separate run.
-
-    \b
-    Columns: index, the varied names, and
-      outcome              by the state at the end:
-        inverts            equator passed, and below it at the end
-        does_not_invert    equator never passed: energy and lambda exclude it
-        undecided          equator not passed by the horizon
-        contact_lost       the normal force reached 0
-        singular_contact   the denominator of the normal force reached 0
-        landed             the top came down after a flight
-        failed             the integration failed
-      t_init_A, _B, _C     the climb begins, in definition A, B, C (s)
-      t_end_A, _B, _C      the climb ends (s)
-      min_g_n              smallest normal force (N)
-      jellett_drift        largest relative change of lambda
-      steps                Taylor steps
-      t_stop               the end of the row (s)
-    and, with --record,
-      climb_A, _B, _C      climbing time (s)
-      t_equator            theta first rises through pi/2 (s)
-      lambda_ratio         lambda/lambda_thres
-      nu_crossing_init     nu_y last rises through nu_x before t_equator (s)
-      nu_crossing_end      nu_y first falls through nu_x after t_equator (s)
-      start_NAME, end_NAME, min_NAME, max_NAME
-                           a quantity at the start and at the end, its extrema
-
-    Exit status 1 if the recheck in double-double contradicts a row: another outcome, a time in only
-    one of the two, or no result.
-    """  # noqa: D301 - the mark of click that keeps lines is a control character
+    """Integrate SCENE from many starts; the help is ``HELP``."""
     from tt_precise.sweeps import grid, sweep
 
-    starts = grid(
-        pairs(vary, "--vary", "NAME=LOW:HIGH:COUNT or NAME=A,B"),
-        pairs(box, "--box", "NAME=LOW:HIGH"),
-        samples,
-        seed,
-    )
+    ranges = pairs(vary, "--vary", "NAME=LOW:HIGH:COUNT or NAME=A,B")
+    starts = grid(ranges, pairs(box, "--box", "NAME=LOW:HIGH"), samples, seed)
     with (
         progress_bar(f"{len(starts)} rows") as progress,
         dask_pool(dask) if dask else local_pool(workers) as pool,
     ):
         rows = sweep(scene, starts, pool=pool, progress=progress, **settings)
     summary = rows.attrs["summary"]
-    names = [*map(str, starts.columns)]
-    kept = kept_fixed(names, scene.sizes)
-    units = {name: unit_of(name, scene.body.friction, scene.body.spring) for name in names}
-    text = [*lines(summary, units), *([f"  {kept}"] if kept else [])]
-    options.emit(as_json, summary, text)
-    contradictions = summary["recheck"]["contradictions"]
-    if contradictions:
-        click.echo(
-            f"tt-precise: A FINER ARITHMETIC CONTRADICTS ROWS: {len(contradictions)} values",
-            err=True,
-        )
+    options.emit(as_json, summary, lines(summary, scene, [*map(str, starts.columns)]))
+    if contradictions := summary["recheck"]["contradictions"]:
+        text = f"A FINER ARITHMETIC CONTRADICTS ROWS: {len(contradictions)} values"
+        click.echo(f"tt-precise: {text}", err=True)
     return CONTRADICTED if contradictions else 0
 
 
@@ -142,7 +99,7 @@ def run(
 @click.option(
     "--map", "--colour", "colour", help="Column of the colours: of a map if x and y are a grid."
 )
-@click.option("--out", type=options.FILE, help="Picture (.svg, .png or .pdf); by default Y-X.svg.")
+@click.option("--out", type=options.PICTURE, help="Picture (.svg, .png, .pdf); default Y-X.svg.")
 def plot(result: str, x: str | None, y: str | None, colour: str | None, out: str | None) -> None:
     """Draw the rows of RESULT: a sweep's folder or URL, or a CSV file.
 
@@ -160,29 +117,24 @@ def plot(result: str, x: str | None, y: str | None, colour: str | None, out: str
         colour = "outcome"
     target = out or f"{colour or y}-{x}.svg"
     save(picture_of(rows, x, y, colour), target)
-    line = colour == "outcome" and "lambda_ratio" not in rows
-    say([str(target), *([LINE] if line else [])])
+    say([str(target), *([LINE] if colour == "outcome" and "lambda_ratio" not in rows else [])])
 
 
 @command.command("find", short_help="Find the smallest value that passes the equator.")
 @options.scene()
 @click.argument("ends", metavar="NAME=LOW:HIGH")
 @click.option(
-    "--goal",
-    default="equator",
-    show_default=True,
+    "--goal", default="equator", show_default=True,
     help="equator: the axis passes the equator by the horizon; inverted: the motion provably "
     "approaches inverted spin; contact_lost, contact_kept: the top leaves the table by the "
     "horizon, or not.",
-)
+)  # fmt: skip
 @click.option("--digits", type=int, default=6, show_default=True, help="Digits of the value.")
 @click.option(
     "--points", type=int, default=33, show_default=True, help="Values that are tried first."
 )
 @options.JSON
-def find_command(
-    scene: Scene, ends: str, goal: str, digits: int, points: int, as_json: bool
-) -> int:
+def find_command(scene: Scene, ends: str, as_json: bool, **how: Any) -> int:
     """Find the smallest value of an entry of SCENE, within a range, that reaches a goal.
 
     The entry is a spin, a friction coefficient, a tilt or any other number that a sweep can vary:
@@ -198,59 +150,47 @@ def find_command(
 
     form = "NAME=LOW:HIGH behind the scene, as in reference omega_3=20:260"
     ((name, between),) = pairs((ends,), "sweep find", form).items()
-    with progress_bar(f"{points} values of {name}") as progress:
-        threshold = find(
-            scene, name, between, goal=goal, digits=digits, points=points, progress=progress
-        )
+    with progress_bar(f"{how['points']} values of {name}") as progress:
+        threshold = find(scene, name, between, progress=progress, **how)
     options.emit(as_json, threshold.as_dict(), str(threshold).splitlines())
     return 0 if threshold.confirmed else NOT_FOUND
 
 
-def lines(summary: dict[str, Json], varied: dict[str, str]) -> list[str]:
-    """Return the summary as text; ``varied`` has the units of the varied names."""
+def lines(summary: dict[str, Json], scene: Scene, names: list[str]) -> list[str]:
+    """Return the summary of a sweep that varied ``names`` as text."""
     from tt_precise.sweeps.columns import OUTCOMES
 
     count, recheck = summary["rows"], summary["recheck"]
-    text = [
-        f"{count} of {count} rows in {summary['seconds']:g} s "
-        f"({summary['rows_per_second']:g} rows/s)"
-        if summary["rows_computed"]
-        else f"{count} of {count} rows, complete already: none is computed again",
-        *(
-            f"  {number:>9} {name.replace('_', ' ')}: {OUTCOMES[name]}"
-            for name, number in summary["outcomes"].items()
-            if number
-        ),
-    ]
-    for name, unit in {**varied, **SUMMARISED}.items():
+    speed = f" in {summary['seconds']:g} s ({summary['rows_per_second']:g} rows/s)"
+    complete = ", complete already: none is computed again"
+    text = [f"{count} of {count} rows{speed if summary['rows_computed'] else complete}"]
+    for name, number in summary["outcomes"].items():
+        if number:
+            text.append(f"  {number:>9} {name.replace('_', ' ')}: {OUTCOMES[name]}")
+    units = {name: unit_of(name, scene.body.friction, scene.body.spring) for name in names}
+    for name, unit in {**units, **SUMMARISED}.items():
         column = summary["columns"][name]
-        if column["min"] is None:
-            continue
-        ends = column["min"], column["max"]
-        line = f"  {name:>13}: {ends[0]:.6g} to {ends[1]:.6g} {unit}".rstrip()
-        if unit == "rad":
-            line += " ({:.6g} to {:.6g} deg)".format(*map(math.degrees, ends))
-        if column["missing"]:
-            line += f" (none in {column['missing']} of {count} rows)"
-        text.append(line)
+        if column["min"] is not None:
+            ends = column["min"], column["max"]
+            degrees = " ({:.6g} to {:.6g} deg)".format(*map(math.degrees, ends))
+            none = f" (none in {column['missing']} of {count} rows)" if column["missing"] else ""
+            line = f"  {name:>13}: {ends[0]:.6g} to {ends[1]:.6g} {unit}".rstrip()
+            text.append(line + (degrees if unit == "rad" else "") + none)
     if recheck["rows"]:
         text.append(f"  again in a finer arithmetic, rows: {recheck['rows']}; largest differences:")
+    text += [f"  {name:>13}: {value:.2g}" for name, value in recheck["differences"].items()]
     text += [
-        f"  {name:>13}: {difference:.2g}" for name, difference in recheck["differences"].items()
-    ]
-    return text + [
         f"  CONTRADICTED: row {row['index']}, {row['column']}: {row.get('double')}, in a "
         f"finer arithmetic {row['finer']}"
         for row in recheck["contradictions"]
     ]
+    kept = kept_fixed(names, scene.sizes)
+    return [*text, f"  {kept}"] if kept else text
 
 
 def pairs(given: tuple[str, ...], option: str, form: str) -> dict[str, str]:
     """Return the pairs NAME=TEXT by name; errors show their ``form``."""
-    texts: dict[str, str] = {}
-    for pair in given:
-        name, equals, text = pair.partition("=")
-        if not equals or name in texts:
-            raise InputError(f"{option}: got {pair[:60]!r}, expected {form}, each name once")
-        texts[name] = text
+    texts = dict(pair.split("=", 1) for pair in given if "=" in pair)
+    if len(texts) != len(given):
+        raise InputError(f"{option}: got {' '.join(given)!r:.60}, expected {form}, each name once")
     return texts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import click
@@ -9,7 +10,7 @@ import click
 from tt_precise.commands.options import JSON, emit
 
 if TYPE_CHECKING:
-    from tt_precise.exact.thresholds import Determination, Thresholds
+    from tt_precise.exact.thresholds import Thresholds
 
 SCHEMA = "tt_precise.thresholds/1"
 DISAGREE = 1
@@ -33,30 +34,18 @@ def command(scene: str, digits: int, as_json: bool) -> int:
     with progress_bar(f"{loaded.name}: {digits} digits"):
         results = thresholds(loaded, digits)
     emit(as_json, {"schema": SCHEMA, "scene": loaded.name, **results.as_dict()}, lines(results))
-    return 0 if agree(results) else DISAGREE
+    agree = all(each.agreed(digits) >= digits for each in results.quantities.values())
+    return 0 if agree else DISAGREE
 
 
-def agree(thresholds: Thresholds) -> bool:
-    """Return whether both determinations of each quantity agree in all digits, or in absence."""
-    digits = thresholds.digits
-    return all(each.agreed(digits) >= digits for each in thresholds.quantities.values())
-
-
-def lines(thresholds: Thresholds) -> list[str]:
-    """Return the text: value, unit and number of agreeing digits; then the theorem's verdict."""
-    texts = thresholds.as_dict()["quantities"]
-    shown = [
-        f"{name:>12}  {texts[name]['value'] or 'does not exist':<{thresholds.digits + 9}} "
-        f"{quantity.unit:<10}  {_agreement(quantity, thresholds.digits)}"
-        for name, quantity in thresholds.quantities.items()
-    ]
-    return [*shown, f"{'theorem':>12}  {thresholds.theorem}"]
-
-
-def _agreement(quantity: Determination, asked: int) -> str:
-    if quantity.digits_agreed is None:
-        return f"determined twice: {quantity.reason}"
-    shown = f"{quantity.digits_agreed} digits agree"
-    if quantity.digits_agreed < asked:
-        shown = f"ONLY {shown}"
-    return f"{shown}: {quantity.reason}" if quantity.reason else shown
+def lines(thresholds: Thresholds) -> Iterator[str]:
+    """Yield the text: value, unit and number of agreeing digits; then the theorem's verdict."""
+    texts, asked = thresholds.as_dict()["quantities"], thresholds.digits
+    for name, quantity in thresholds.quantities.items():
+        value = texts[name]["value"] or "does not exist"
+        agreed, agreement = quantity.digits_agreed, "determined twice"
+        if agreed is not None:
+            agreement = f"{'ONLY ' if agreed < asked else ''}{agreed} digits agree"
+        reason = f": {quantity.reason}" if quantity.reason else ""
+        yield f"{name:>12}  {value:<{asked + 9}} {quantity.unit:<10}  {agreement}{reason}"
+    yield f"{'theorem':>12}  {thresholds.theorem}"

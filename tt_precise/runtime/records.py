@@ -79,7 +79,8 @@ def record_of(content: Json, kind: type[Document], origin: str, what: str) -> Do
     config = kind.__struct_config__
     got = content.get(config.tag_field) if isinstance(content, dict) else None
     if config.tag not in (None, got):
-        raise InputError(f"{origin}: got {got!r:.60}, expected {config.tag!r}, {what}")
+        key = f"{config.tag_field} {str(got)!r:.60}"
+        raise InputError(f"{origin}: got {key}, expected {config.tag!r}, {what}")
     try:
         return convert(content, kind)
     except ValidationError as error:
