@@ -17,6 +17,7 @@ import pandas
 
 from benchmarks.work_precision.findings import TradeoffTables, findings
 from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.errors import Errors
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import require_contact
 from tt_precise.runtime.files import atomic_write
@@ -129,7 +130,7 @@ def truth_of(trajectory: Trajectory) -> Trajectory:
 def right_throughout(trajectory: Trajectory, truth: Trajectory | None = None) -> float:
     """Digits of the worst entry at the worst sample that the truth confirms."""
     beside = truth or truth_of(trajectory)
-    return float(trajectory.error_over_time(beside=beside)["digits"].min())
+    return float(Errors(trajectory.run, beside.run).over_time()["digits"].min())
 
 
 def table(seeds: Iterable[int] = range(SAMPLES), progress: Progress = silent) -> pandas.DataFrame:

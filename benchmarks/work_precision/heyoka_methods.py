@@ -44,7 +44,6 @@ def setup_of(
     settings: Settings,
     events: Sequence[str] = (),
     record: Sequence[str] = (),
-    options: Sequence[str] = (),
 ) -> Setup:
     """Return the setup that ``integrate`` compiles for these settings."""
     return Setup(
@@ -53,19 +52,19 @@ def setup_of(
         events=tuple(events),
         record=tuple(record),
         tolerance=settings.tolerance,
-        options=tuple((option, True) for option in options),
     )
 
 
 def bare(problem: GoldenProblem, settings: Settings, options: Sequence[str] = ()) -> Solve:
     """The equations and nothing else: no events, not even the end of contact."""
-    setup = setup_of(problem, settings, options=options)
+    setup = setup_of(problem, settings)
     adaptive = heyoka.taylor_adaptive(
         Equations.of(setup.formulation).system,
         problem.state(settings.precision),
         pars=problem.parameters(settings.precision),
         fp_type=setup.precision.fp_type,
         **numeric_options(setup),
+        **dict.fromkeys(options, True),
     )
     return _solver(adaptive, problem, settings)
 

@@ -145,7 +145,7 @@ def test_cusps_are_no_change_of_sign() -> None:
 def test_events_that_do_not_alternate_are_suspect(small: Small, monkeypatch: Patch) -> None:
     asked: list[tuple[str, int]] = []
 
-    def suspected(events: Iterable[tuple[str, int]], _: object) -> tuple[str, ...]:
+    def suspected(events: Iterable[tuple[str, int]]) -> tuple[str, ...]:
         asked.extend(events)
         return ("equator",)
 

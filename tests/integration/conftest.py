@@ -8,22 +8,13 @@ from typing import Any
 import pytest
 
 from tt_precise.integration import Trajectory, catalogue, integrate
-from tt_precise.integration.setup import Setup
+from tt_precise.integration.errors import Errors
+from tt_precise.integration.reading import motions
 from tt_precise.mechanics import formulations
+from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene.scene import Scene, load_scene
 
 Spoil = Callable[[Any, Any], Any]
-Spoiler = Callable[[str, Spoil], None]
-
-
-@pytest.fixture(scope="session")
-def reference() -> Scene:
-    return load_scene("reference")
-
-
-def optimised(scene: Scene, events: tuple[str, ...] = ()) -> Trajectory:
-    """A run in double, compiled as users have it."""
-    return Trajectory.of(scene, Setup.of(scene, events=events, options={"opt_level": 3}))
 
 
 def changed(scene: Scene, **parts: str) -> Scene:
@@ -31,9 +22,24 @@ def changed(scene: Scene, **parts: str) -> Scene:
     return scene.varied(**{n: getattr(scene.body, n) * (1 + Fraction(x)) for n, x in parts.items()})
 
 
+def motion_at(run: Trajectory, t: Any) -> Motion:
+    """The motion at a time (s), of mpmath numbers."""
+    return motions(run.run, [run.run.dimensionless_time(t)])[0]
+
+
+def against(run: Trajectory, other: Trajectory) -> Errors:
+    """The distances of a run from another one."""
+    return Errors(run.run, other.run)
+
+
+@pytest.fixture(scope="session")
+def reference() -> Scene:
+    return load_scene("reference")
+
+
 @pytest.fixture(scope="session")
 def double(reference: Scene) -> Trajectory:
-    return optimised(reference, catalogue("gliding"))
+    return integrate(reference, events=catalogue("gliding"))
 
 
 @pytest.fixture(scope="session")
@@ -82,7 +88,7 @@ def toppling(reference: Scene) -> Scene:
 
 
 @pytest.fixture
-def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Spoiler:
+def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Spoil], None]:
     """Replace the gliding equations in "newton" or "euler" form by wrongly computed ones."""
 
     def spoil(coordinates: str, change: Spoil) -> None:

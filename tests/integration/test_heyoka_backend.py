@@ -8,27 +8,18 @@ from unittest.mock import Mock
 import mpmath
 import pytest
 
-from tests.conftest import Patch
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.integration.heyoka_backend import POOLED_KINDS, pooled
-from tt_precise.integration.setup import Setup
 from tt_precise.scene.scene import Scene
 
 
-def test_one_integrator_serves_every_body(half: Scene, monkeypatch: Patch) -> None:
+def test_one_integrator_serves_every_body(half: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     build = Mock(wraps=heyoka_backend.build)
     monkeypatch.setattr(heyoka_backend, "build", build)
     heavy = half.varied(m="1", I1="1/2", I3="3/4", alpha="1/7")
     first, other, again = integrate(half), integrate(heavy), integrate(half)
     assert build.call_count == 1
     assert first.state.values == again.state.values != other.state.values
-
-
-def test_events_of_an_earlier_run_are_forgotten(double: Trajectory, half: Scene) -> None:
-    first, second = (integrate(half, events=double.setup.events) for _ in range(2))
-    before = double.events[double.events["t"] <= 0.5]
-    assert len(first.events) == len(second.events) == len(before) > 10
-    assert first.events["t"].equals(second.events["t"])
 
 
 def test_recorded_quadratures_do_not_disturb_the_state(fine: Trajectory) -> None:
@@ -40,14 +31,14 @@ def test_recorded_quadratures_do_not_disturb_the_state(fine: Trajectory) -> None
         apart = [recorded.state.values[k] - float(fine.state.values[k]) for k in ("kx", "ky", "kz")]
         return max(map(abs, apart))
 
-    assert error(0) < 1e-13 < error(1e-12)  # the bar for double without quadratures
+    assert error(0) < 1e-13  # the bar for double without quadratures
+    assert error(1e-12) > 1e-13
 
 
 def test_a_coarser_tolerance_lowers_the_order_and_loosens_conservation(half: Scene) -> None:
-    fine, coarse = integrate(half), integrate(half, tolerance=1e-6)
+    fine = integrate(half)
+    coarse = integrate(half, tolerance=1e-6)
     assert coarse.order < fine.order
-    by_option = Setup.of(half, "double", options={"tol": 1e-6})
-    assert Trajectory.of(half, by_option).state == coarse.state
     assert coarse.drift["jellett"] > 1000 * fine.drift["jellett"]
 
 
@@ -70,13 +61,13 @@ def test_integrators_are_lent_to_one_at_a_time_and_do_not_pile_up() -> None:
 @pytest.mark.parametrize("precision", ["double", "quad"])
 def test_events_of_the_first_step_are_found(formulation: str, precision: str) -> None:
     """Beside the pole the first step reaches to 0.03 s without events."""
-    names = ("theta_min", "theta_max")
-    run = integrate(
-        "beside-the-pole", precision, until="0.05", formulation=formulation, events=names
-    )
-    assert tuple(run.events["name"]) == names
+    events = integrate(
+        "beside-the-pole", precision, until="0.05", formulation=formulation,
+        events=("theta_min", "theta_max"),
+    ).events  # fmt: skip
+    assert list(events["name"]) == ["theta_min", "theta_max"]
     # by the Euler form, whose first steps are short
-    assert float(run.events["t"].iloc[0]) == pytest.approx(0.018061239564, abs=1e-11)
+    assert float(events["t"].iloc[0]) == pytest.approx(0.018061239564, abs=1e-11)
 
 
 def test_a_step_too_short_for_the_clock_ends_in_failed(reference: Scene) -> None:
@@ -89,7 +80,8 @@ def test_a_step_too_short_for_the_clock_ends_in_failed(reference: Scene) -> None
         aimed = mpmath.nstr(20 / (1 + mpmath.cos(mpmath.mpf("1e-3"))), 40)  # L.z = L.k
     scene = ice.varied(phi_dot=Fraction(aimed) * ice.body.I3 / ice.body.I1)
     euler = integrate(scene, formulation="euler")
-    assert (euler.status, euler.t_end) == ("failed", pytest.approx(1e-4, rel=0.01))
+    assert euler.status == "failed"
+    assert 0.99e-4 < euler.t_end < 1.01e-4
     assert euler.steps > 0
     assert euler.state.theta > 0
     assert integrate(scene).status == "complete"

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy
 import pytest
 
+from tests.integration.conftest import motion_at
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar
@@ -19,17 +20,19 @@ OTHERWISE_ROUNDED = [
     ("reference", "quad", "euler"),
     *((name, "quad", "newton") for name in ("coulomb-gliding", "elastic-linear")),
 ]
+TRIPLE = ("reference", "rolling", "upright", "contact-lost")
 RUNS = [
     *OTHERWISE_ROUNDED,
-    *((name, "triple-double", "newton") for name in ("rolling", "upright", "contact-lost")),
+    *((name, "triple-double", "newton") for name in TRIPLE),
     ("regularised-1e-2", "double-double", "newton"),
     ("frictionless", "quad", "newton"),
 ]
 
 
-def by_row(run: Trajectory, name: str, t: Fraction) -> Scalar:
+def _by_row(run: Trajectory, name: str, t: Fraction) -> Scalar:
     """A column at one time as mpmath has it; None where it divides by zero."""
-    q, unit = run.motion(t), run.start.units.of_dimension(run.dimension(name))
+    q = motion_at(run, t)
+    unit = run.start.units.of_dimension(run.run.columns.dimension(name))
     try:
         entry = getattr(q.state, name) if name in VECTORS else QUANTITIES[name].evaluate(q)
     except ZeroDivisionError:  # the direction of tilt, and what needs it, ends at the poles
@@ -46,7 +49,7 @@ def run(request: pytest.FixtureRequest) -> Trajectory:
     return integrate(scene, precision, formulation=formulation, events=happened)
 
 
-def same(run: Trajectory, found: Scalar, expected: Scalar) -> bool:
+def _same(run: Trajectory, found: Scalar, expected: Scalar) -> bool:
     """Bit by bit; where roundings differ, to a few of the guarded numbers, of a row's largest."""
     if (run.scene.name, run.precision.name, run.formulation) not in OTHERWISE_ROUNDED:
         return bool(found == expected)
@@ -57,8 +60,7 @@ def same(run: Trajectory, found: Scalar, expected: Scalar) -> bool:
 
 
 def test_columns_are_those_of_mpmath(run: Trajectory) -> None:
-    """Times need no order."""
-    times = [*run.sample_times[::-3], run.sample_times[-1]]
+    times = run.sample_times[::3]
     names = [*VECTORS, *QUANTITIES]
     if run.formulation == "euler":
         names = [name for name, quantity in QUANTITIES.items() if not quantity.azimuth]
@@ -69,16 +71,21 @@ def test_columns_are_those_of_mpmath(run: Trajectory) -> None:
     )
     for name in names:
         for row, t in enumerate(times):
-            exact = frame[name][row]
-            assert same(run, exact, by_row(run, name, t)), (name, t)
-            text = None if exact is None else run.precision.text(exact)
+            expected = _by_row(run, name, t)
+            assert _same(run, frame[name][row], expected), (name, t)
+            text = None if frame[name][row] is None else run.precision.text(frame[name][row])
             assert texts[name][row] == text
-            numpy.testing.assert_equal(floats[name][row], float(text or "nan"))
-    together = run.at(times)
+            number = numpy.nan if text is None else float(frame[name][row])
+            numpy.testing.assert_equal(floats[name][row], number)
+
+
+def test_times_need_no_order_and_the_ends_are_the_runs_own(run: Trajectory) -> None:
+    times = [*run.sample_times[3::-1], run.sample_times[-1]]
+    frame = run.frame("theta", times=times, numbers="exact")
     for row, t in enumerate(times):
-        assert run.at(t).values == {name: x[row] for name, x in together.values.items()}
-    for alone in (together.theta[-1], run.state.theta):
-        assert same(run, alone, frame["theta"].iloc[-1])
+        assert _same(run, frame["theta"][row], _by_row(run, "theta", t))
+    for alone in (run.at(times[-1]), run.state):
+        assert _same(run, alone.theta, frame["theta"].iloc[-1])
 
 
 def test_events_have_mpmaths_states(run: Trajectory) -> None:
@@ -91,14 +98,7 @@ def test_events_have_mpmaths_states(run: Trajectory) -> None:
         q = run.run.columns.motion(tuple(back(x[row]) for x in hits.state))
         for name in names:
             unit = run.start.units.of_dimension(QUANTITIES[name].dimension)
-            assert same(run, table[name][row], QUANTITIES[name].evaluate(q) * unit)
-
-
-def test_a_table_is_a_frame_without_pandas(double: Trajectory) -> None:
-    table, frame = double.table("theta", "E"), double.frame("theta", "E")
-    assert list(table) == list(frame.columns) == ["t", "theta", "E"]
-    for name in table:
-        assert numpy.array_equal(table[name], frame[name].to_numpy())
+            assert _same(run, table[name][row], QUANTITIES[name].evaluate(q) * unit)
 
 
 @pytest.mark.parametrize("kind", ["double", "quad"])

@@ -24,7 +24,9 @@ def test_scaling_by_powers_of_two_changes_no_bit(half: Scene, precision: str) ->
     )  # fmt: skip
     one, two = integrate(half, precision), integrate(other, precision)
     for name, value in one.state.values.items():
-        before, after = (r.start.units.of_dimension(r.dimension(name)) for r in (one, two))
+        before, after = (
+            r.start.units.of_dimension(r.run.columns.dimension(name)) for r in (one, two)
+        )
         assert two.state.values[name] == value * float(after / before), name
     assert two.steps == one.steps
     wrong = changed(other, mu="1e-15")

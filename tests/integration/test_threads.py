@@ -1,18 +1,15 @@
 """Trajectories that several threads read from, and that go to other processes."""
 
 import multiprocessing
-import pickle
-import pickletools
+import operator
 import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from operator import methodcaller
 from typing import Any
 
 import pytest
 
 from tests.conftest import Patch
-from tests.integration.conftest import optimised
 from tt_precise.integration import Trajectory, heyoka_backend, integrate
 from tt_precise.scene.scene import Scene
 
@@ -42,7 +39,7 @@ def together(work: Callable[[int], Any]) -> list[Any]:
 
 @pytest.mark.parametrize("precision", ["double", "quad"])
 def test_reading_in_threads_gives_what_one_thread_reads(
-    half: Scene, precision: str, monkeypatch: Patch
+    half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """heyoka's dense output returns a buffer that its next evaluation overwrites."""
     times = [f"0.{n + 1}" for n in range(THREADS)]
@@ -67,31 +64,25 @@ def test_everything_can_be_asked_for_by_threads_at_once(half: Scene) -> None:
         found = {name: repr(getattr(run, name)) for name in (*asked[first:], *asked[:first])}
         return found | {"frame": run.frame("theta", "g_n").to_csv()}
 
-    def ask(number: int) -> tuple[Any, int]:
-        barrier.wait()  # or one thread could serve two
-        return answers(trajectory, number), id(trajectory.precision.context)
+    def ask(number: int) -> dict[str, str]:
+        barrier.wait()
+        return answers(trajectory, number)
 
-    found, contexts = zip(*together(ask), strict=True)
-    assert list(found) == [answers(integrate(half), 0)] * THREADS
-    assert len({*contexts}) == THREADS  # each computes in a context of its own
+    assert together(ask) == [answers(integrate(half), 0)] * THREADS
 
 
-def test_a_trajectory_goes_to_another_process(half: Scene) -> None:
-    trajectory, ask = optimised(half, ("equator",)), methodcaller("at", "0.3")
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        assert pool.submit(ask, trajectory).result() == ask(trajectory)
+def test_each_thread_computes_in_a_context_of_its_own(double: Trajectory) -> None:
+    barrier = threading.Barrier(THREADS)  # or one thread could serve two
+    contexts = together(lambda _: (barrier.wait(), double.precision.context)[1])
+    assert len({id(context) for context in contexts}) == THREADS
 
 
-@pytest.mark.parametrize("precision", ["double", "double-double", "quad"])
-def test_a_pickle_holds_names_and_exact_numbers_only(short: Scene, precision: str) -> None:
-    """No machine code, as heyoka's own pickles do, and nothing that grows with the steps."""
-    run = integrate(short, precision, events="theta_min", sensitivity="theta, mu")
-    run.at("0.03")
-    text = pickle.dumps(run)
-    assert len(text) < 5000
-    opened = {str(arg).split(" ")[0] for _, arg, _ in pickletools.genops(text) if arg is not None}
-    assert not any("heyoka" in name for name in opened)
-    twin = pickle.loads(text)
-    assert (twin.state, twin.setup) == (run.state, run.setup)
-    assert twin.event_counts == run.event_counts
-    assert twin.sensitivity.names == ("theta", "mu")
+def test_a_trajectory_goes_to_another_process(half: Scene, monkeypatch: Patch) -> None:
+    monkeypatch.setitem(heyoka_backend.OPTIMISATION, "loop", 3)  # as in the other process
+    heyoka_backend._idle.cache_clear()
+    trajectory = integrate(half, events="equator")
+    spawned = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=spawned) as pool:
+        for ask in (operator.attrgetter("state"), operator.methodcaller("at", "0.3")):
+            assert pool.submit(ask, trajectory).result() == ask(trajectory)
+    heyoka_backend._idle.cache_clear()

@@ -69,8 +69,6 @@ def test_other_motions_have_curves_under_their_labels(
     assert [line.get_label() for line in axes[0].lines[:2]] == ["mu = 0.3", "mu = 0.2"]
     assert list(curve(axes[0], 1)) == list(other.frame("theta")["theta"])
     assert len({str(line.get_color()) for line in axes[0].lines}) == 4  # and two events
-    with pytest.raises(InputError, match="beside: got a list"):
-        run.plot("theta", beside=[other])  # type: ignore[arg-type]
 
 
 def test_a_run_that_ended_early_says_so(rough: Scene) -> None:

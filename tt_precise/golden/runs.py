@@ -89,7 +89,7 @@ def perform(
     cells = {name: [x if isinstance(x, str) else "" for x in frame[name]] for name in names}
     samples, happened = Table.of_columns(cells), events_table(run, names)
     directions = ((row[0], int(row[2])) for row in happened.rows)
-    suspects = catalogue.not_alternating(directions, catalogue.EVENTS)
+    suspects = catalogue.not_alternating(directions)
     rows = [*happened.rows]
     if run.status not in WITHOUT_LAST_EVENT:  # contact ends where a function falls to zero
         time, *state = samples.rows[-1]

@@ -60,8 +60,7 @@ class State:
     """A state at one time, in SI: ``t`` in s, then name to number, None where undefined.
 
     Names are those of the trajectory file: kx ... vy, theta ... nu_y, and the recorded quadratures.
-    For several times each component is an array. A printed state shows only the digits that its
-    known ``errors`` permit.
+    A printed state shows only the digits that its known ``errors`` permit.
     """
 
     t: Scalar
@@ -70,8 +69,6 @@ class State:
     errors: Mapping[str, Scalar] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
-        if hasattr(self.t, "__len__"):
-            return f"<State at {len(self.t)} times: {', '.join(self.values)}>"
         theta = self.values.get("theta")
         tilt = "" if theta is None else f": theta {float(theta):.6g} rad"
         return f"<State at t = {float(self.t):.6g} s{tilt}, {self.precision.name}>"
@@ -97,21 +94,12 @@ class State:
 
     @property
     def _lines(self) -> list[tuple[str, str]]:
-        several, text = hasattr(self.t, "__len__"), self.precision.with_error
-        return [
-            (name, str(value) if several else text(value, self.errors.get(name)))
-            for name, value in {"t": self.t, **self.values}.items()
-        ]
+        text, values = self.precision.with_error, {"t": self.t, **self.values}
+        return [(name, text(value, self.errors.get(name))) for name, value in values.items()]
 
     def as_text(self) -> dict[str, Json]:
-        """Every value in decimals, enough to recover the working precision; lists of arrays."""
-        return {name: self._text(value) for name, value in self.values.items()}
-
-    def _text(self, value: Scalar) -> Json:
-        if hasattr(value, "__len__"):
-            return [self._text(entry) for entry in value]
-        text: Json = None if value != value else self.precision.text(value)
-        return text
+        """Every value in decimals, enough to recover the working precision."""
+        return {name: self.precision.text(value) for name, value in self.values.items()}
 
 
 def unit_of(name: str) -> str:
@@ -147,21 +135,16 @@ class Columns:
             return name.dimension
         if name in self.dimensions:
             return self.dimensions[name]
-        if name in POSE_NAMES:
-            return _DIMENSIONS.get(name[0], _LENGTH)
-        raise wrong_name(
-            "column",
-            name,
-            self.dimensions,
-            ", pose, digits, error:NAME or drift:NAME, or a tt.quantity(function, unit) itself",
-        )
+        also = ", pose, digits, error:NAME or drift:NAME, or a tt.quantity(function, unit) itself"
+        raise wrong_name("column", name, self.dimensions, also)
 
     @cached_property
     def dimensions(self) -> dict[str, Dimension]:
-        """The dimensions of all columns by name, except those of the pose."""
+        """The dimensions of all columns by name."""
         own = {n: STATE_DIMENSIONS[n] for n in self.names}
         known = (q for q in QUANTITIES.values() if self.has_azimuth or not q.azimuth)
-        return own | {q.name: q.dimension for q in known}
+        pose = {n: _DIMENSIONS.get(n[0], _LENGTH) for n in Pose._fields}
+        return pose | own | {q.name: q.dimension for q in known}
 
     def motion(self, row: Row) -> Motion:
         """The ``Motion`` of a row."""

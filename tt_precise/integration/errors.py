@@ -29,11 +29,10 @@ from tt_precise.integration.precision import (
 )
 from tt_precise.integration.reading import (
     Numbers,
-    States,
     columns_in,
     drift_columns,
-    end_state,
     event_columns,
+    floats,
     is_drift,
     rounding_of,
     seconds_of,
@@ -44,8 +43,8 @@ from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import full_tolerance, refused_in_doubles
 from tt_precise.integration.solution import Solution
 from tt_precise.integration.steps import Limbs
-from tt_precise.mechanics.quantities import UNITLESS, Quantity, UserFunction
-from tt_precise.runtime.values import Array, Functions, InputError, Scalar
+from tt_precise.mechanics.quantities import UNITLESS, Quantity
+from tt_precise.runtime.values import Array, Functions, InputError
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.series import TaylorSeries
@@ -56,9 +55,6 @@ RATIO = 30  # Tolerance of a run over that of its finer run, whose own error is 
 # Tolerance, in eps of double, from which truncation outweighs the roundings of double: a run with
 # full tolerance in the same arithmetic shows the errors.
 COARSE = 1000
-# Time, in units of sqrt(R/g), from an event to the two values that give the slope of a user's
-# function, and terms of the state's series there: four digits of the slope suffice.
-ASIDE, ASIDE_ORDER = 2.0**-20, 4
 SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 
 
@@ -67,7 +63,7 @@ def finer(run: Solution) -> dict[str, Any]:
     own, fn, tolerance = run.precision, run.precision.context, run.tolerance
     if own.is_float and tolerance >= COARSE * own.eps:
         return {"tolerance": 0.0, "events": ()}
-    again = {"events": (), "options": ()}
+    again = {"events": ()}
     names = () if refused_in_doubles(run.scene) else ("double-double", "triple-double")
     for precision in map(precision_named, names):
         if full_tolerance(precision) <= tolerance / RATIO:
@@ -79,11 +75,6 @@ def finer(run: Solution) -> dict[str, Any]:
 def errors_of(run: Solution) -> Errors:
     """The errors of a run; its finer run is integrated when an error is first read."""
     return run.once(Errors, lambda: Errors(run))
-
-
-def is_estimate(name: Name) -> bool:
-    """True if a column has estimated errors."""
-    return isinstance(name, str) and (name == DIGITS or name.startswith(ERROR))
 
 
 def table_with_errors(
@@ -109,26 +100,27 @@ def table_with_errors(
     columns = table(run, plain or ["theta"], None, numbers)
     if drifts:
         columns |= drift_columns(run, drifts, numbers)
-    estimated = [name for name in estimates.values() if name != DIGITS]
-    errors = errors_of(run).over_time(estimated) if estimates else {}
-    for name, column in estimates.items():
-        values = errors[column]
-        columns[name] = shortest_texts(values) if numbers == "text" else values
+    if estimates:
+        errors = errors_of(run).over_time([x for x in estimates.values() if x != DIGITS])
+        text = numbers == "text"
+        columns |= {
+            n: shortest_texts(errors[x]) if text else errors[x] for n, x in estimates.items()
+        }
     return {name: columns[name] for name in ("t", *wanted)}
 
 
 def _estimated(wanted: Sequence[Name]) -> dict[str, Name]:
-    """The columns of errors among ``wanted``, each with the column whose error it is."""
+    """Return the columns of errors among ``wanted``, each with the column whose error it is."""
     own = {name.name.removesuffix(UNITLESS): name for name in wanted if isinstance(name, Quantity)}
-    of = {str(name): str(name).removeprefix(ERROR) for name in wanted if is_estimate(name)}
+    names = [x for x in wanted if isinstance(x, str) and (x == DIGITS or x.startswith(ERROR))]
+    of = {name: name.removeprefix(ERROR) for name in names}
     return {name: own.get(column.removesuffix(UNITLESS), column) for name, column in of.items()}
 
 
 def events_with_errors(run: Solution, wanted: Sequence[Name]) -> dict[Any, Array]:
     """Return ``reading.event_columns`` with columns of estimated errors, also of "error:t"."""
     estimates = _estimated(wanted)
-    plain = [name for name in wanted if name not in estimates]
-    columns = event_columns(run, plain)
+    columns = event_columns(run, [name for name in wanted if name not in estimates])
     if estimates:
         names = tuple(set(estimates.values()) - {DIGITS, "t"})
         errors = errors_of(run).events(names)
@@ -136,17 +128,11 @@ def events_with_errors(run: Solution, wanted: Sequence[Name]) -> dict[Any, Array
     return {name: columns[name] for name in ("name", "t", "direction", *wanted)}
 
 
-def floats(values: Any) -> Array:
-    """Numbers of any kind as a float64 array, with NaN for undefined values."""
-    if isinstance(values, numpy.ndarray) and values.dtype != object:
-        return values.astype(float)
-    return numpy.array([math.nan if v is None else float(v) for v in values], dtype=float)
-
-
 class Pair(NamedTuple):
     """States of a run and of its finer run at the same instants, each within a segment.
 
-    Components are arrays of one arithmetic, or of sums of doubles (instant, limb).
+    Components are arrays of one arithmetic, or of sums of doubles (instant, limb). The columns
+    ``cleared`` are zero behind the instant, so that their values are errors.
     """
 
     index: Array
@@ -154,6 +140,7 @@ class Pair(NamedTuple):
     row: Sequence[Array]
     other: Segment
     better: Sequence[Array]
+    cleared: tuple[str, ...] = ()
 
     def errors(self, names: Sequence[Name], numbers: Any) -> dict[Any, Array]:
         """Compute the errors of columns (SI), never below the rounding of a stored value.
@@ -161,13 +148,10 @@ class Pair(NamedTuple):
         Under the same equations the exact differences of the states are propagated to first order;
         otherwise, and for user-defined functions and poses, columns are compared.
         """
-        bits, layouts = (
-            self.segment.setup.precision.bits,
-            [segment.setup.layout for segment in (self.segment, self.other)],
-        )
-        alike = layouts[0] == layouts[1]
+        alike = self.segment.setup.layout == self.other.setup.layout
         plain = [n for n in names if alike and not (isinstance(n, Quantity) or n in POSE_NAMES)]
         others, errors = [name for name in names if name not in plain], dict[Any, Array]()
+        bits = self.segment.setup.precision.bits
         with numpy.errstate(all="ignore"):
             if plain:
                 row = tuple(map(_deviating, self.row, self.better))
@@ -186,15 +170,25 @@ class Pair(NamedTuple):
                     errors[name] = apart + rounding(mine[name].astype(float), bits)
         return errors
 
-    def values(self, names: Sequence[Name]) -> dict[Any, Array]:
-        """Compute columns (SI) of the run in double."""
+    def compare(
+        self, run: Solution, names: Sequence[Name], numbers: Any
+    ) -> tuple[dict[Any, Array], Array]:
+        """Return the errors of columns, and the digits of the state's worst component."""
+        state = run.columns.names
+        every = tuple(dict.fromkeys([*state, *names]))
+        errors = self.errors(every, numbers)
         row = [x[:, 0] if x.ndim == 2 else x.astype(float) for x in self.row]
-        return columns_in(self.segment, names, row, DOUBLES)
+        values = columns_in(self.segment, every if self.cleared else state, row, DOUBLES)
+        remain = {name: abs(values[name]) for name in every if name in self.cleared}
+        kept = {name: float(name not in self.cleared) for name in state}
+        own, known = ({n: x[n] * kept[n] for n in state} for x in (values, errors))
+        errors |= {name: numpy.maximum(errors[name], size) for name, size in remain.items()}
+        return errors, digits_over_rows(own, known, run.start, run.precision.bits)
 
 
 def rounding(values: Array, bits: int) -> Array:
     """Return the roundings of the last of ``bits``, of a state and of a column."""
-    return numpy.spacing(abs(values)) * 2.0 ** max(53 - bits, -1000)
+    return (values != 0) * numpy.spacing(abs(values)) * 2.0 ** max(53 - bits, -1000)
 
 
 def _summed(values: Array, numbers: Any) -> Array:
@@ -239,29 +233,32 @@ class Errors:
         return max(self._run, self.reference, key=lambda run: run.precision.bits).precision.mpfr
 
     @cached_property
-    def at_end(self) -> dict[str, Scalar]:
+    def _of_end(self) -> tuple[dict[Any, Array], float]:
+        """The errors of the state at the end, and its digits: none if the runs end differently."""
+        run, other, names = self._run, self.reference, self._run.columns.names
+        if run.status != other.status:
+            return dict.fromkeys(names, numpy.array([math.inf])), 0.0
+        with rounding_of(self._numbers):
+            pair = _ends(run.segments[-1], other.segments[-1], self._numbers)
+            errors, digits = pair.compare(run, names, self._numbers)
+        return errors, float(digits[0])
+
+    @cached_property
+    def at_end(self) -> dict[str, float]:
         """Absolute error of each component of the state at the end (SI), and of ``t_end`` (s).
 
         Infinite if the finer run ends in another way: then neither can be trusted.
         """
-        run, other, fn = self._run, self.reference, self._run.precision.context
-        own, better = ({"t_end": r.end, **end_state(r).values} for r in (run, other))
-        own["t_end"], same, unit = run.t_end, run.status == other.status, run.precision.eps
-        return {
-            name: abs(fn.mpf(value) - fn.mpf(better[name])) + abs(fn.mpf(value)) * unit
-            if same else fn.inf
-            for name, value in own.items()
-            if value is not None and better[name] is not None
-        }  # fmt: skip
+        run, other, (errors, _) = self._run, self.reference, self._of_end
+        t_end = abs(run.end - other.end) + run.end * run.precision.eps
+        late = float(t_end) if run.status == other.status else math.inf
+        known = {name: float(error[0]) for name, error in errors.items()}
+        return {"t_end": late, **{name: x for name, x in known.items() if not math.isnan(x)}}
 
     @property
     def digits_at_end(self) -> float:
         """Significant digits of the worst component of the state at the end."""
-        run = self._run
-        values = {n: x for n, x in end_state(run).values.items() if x is not None}
-        columns = {name: numpy.array([float(x)]) for name, x in values.items()}
-        errors = {name: numpy.array([float(self.at_end.get(name, math.inf))]) for name in values}
-        return float(digits_over_rows(columns, errors, run.start, run.precision.bits)[0])
+        return self._of_end[1]
 
     def over_time(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
         """Float64 columns at the samples: t, the errors of ``names`` (SI), and "digits".
@@ -269,51 +266,41 @@ class Errors:
         "digits" are those of the state's worst component. An error is infinite where the finer run
         has ended.
         """
-        run, state, times = self._run, self._run.columns.names, self._run.sample_times
-        errors = self.at_times(times, tuple(dict.fromkeys([*state, *names])))
-        values = {name: numpy.zeros(len(times)) for name in state}
-        for pair in self._pairs(times):
-            for name, column in pair.values(state).items():
-                values[name][pair.index] = column
-        known = {name: errors[name] for name in state}
-        digits = digits_over_rows(values, known, run.start, run.precision.bits)
-        seconds = seconds_of(run, times)
-        return {"t": seconds, **{name: errors[name] for name in names}, DIGITS: digits}
-
-    def at_times(self, times: Sequence[Fraction], names: Sequence[Name]) -> dict[Name, Array]:
-        """The errors (SI) of columns at exact ``times`` (s)."""
-        run, numbers = self._run, self._numbers
+        run, times, numbers = self._run, self._run.sample_times, self._numbers
         errors = {name: numpy.full(len(times), math.inf) for name in names}
+        digits = numpy.zeros(len(times))
         with rounding_of(numbers):
-            for pair in self._pairs(times):
-                for name, error in pair.errors(names, numbers).items():
-                    errors[name][pair.index] = error
+            for pair in self._pairs:
+                own, digits[pair.index] = pair.compare(run, names, numbers)
+                for name in names:
+                    errors[name][pair.index] = own[name]
         if run.status not in ARRIVED:  # both runs have their own ends
-            last = numpy.array([t >= as_fraction(run.end) for t in times], dtype=bool)
+            digits[-1] = self.digits_at_end
             for name in names:
-                errors[name][last] = float(self.at_end.get(str(name), math.nan))
-        return errors
+                errors[name][-1] = self._of_end[0].get(name, [math.nan])[0]
+        return {"t": seconds_of(run, times), **errors, DIGITS: digits}
 
-    def _pairs(self, times: Sequence[Fraction]) -> list[Pair]:
-        """Return the states of both runs, up to the end of the finer run."""
-
-        def compute() -> list[Pair]:
-            run, other, numbers = self._run, self.reference, self._numbers
-            mine, theirs = run.segments[0], other.segments[0]
-            if self._in_limbs:
-                limbs = _limbs_of(other, times)
-                rows = [_at_limbs(segment, limbs) for segment in (mine, theirs)]
-                return [Pair(numpy.arange(len(times)), mine, rows[0], theirs, rows[1])]
+    @cached_property
+    def _pairs(self) -> list[Pair]:
+        """The states of both runs at the samples, up to the end of the finer run."""
+        run, other, times = self._run, self.reference, self._run.sample_times
+        if self._in_limbs:
+            mine, theirs, limbs = run.segments[0], other.segments[0], _limbs_of(other)
+            rows = [_at_limbs(segment, limbs) for segment in (mine, theirs)]
+            return [Pair(numpy.arange(len(times)), mine, rows[0], theirs, rows[1])]
+        if other.status in ARRIVED and run.status in ARRIVED:
+            inner: Sequence[Fraction] = other.sample_times
+        else:
             end = as_fraction(other.end) * (1 + Fraction(1, 10**15))
-            count = sum(t <= end for t in times)
-            inner = times if count == len(times) else [t for t in times if t <= end]
-            index = numpy.flatnonzero([t <= end for t in times])
-            if run.sample_times is times and count == len(times) and other.status in ARRIVED:
-                inner = other.sample_times
-            return _paired(states_at(run, times, numbers), states_at(other, inner, numbers), index)
-
-        samples = times is self._run.sample_times
-        return self._run.once((self, "pairs"), compute) if samples else compute()
+            inner = [t for t in times if t <= end]
+        pairs = []
+        for theirs, number, better in states_at(other, inner, self._numbers):
+            for mine, at, row in states_at(run, times, self._numbers):
+                index, first, second = numpy.intersect1d(at, number, return_indices=True)
+                if len(index):
+                    ours, finer_row = [x[first] for x in row], [x[second] for x in better]
+                    pairs.append(Pair(index, mine, ours, theirs, finer_row))
+        return pairs
 
     @property
     def _in_limbs(self) -> bool:
@@ -331,74 +318,57 @@ class Errors:
         infinite if the finer run has ended before, or is in another part of its motion; in double
         the rounding of the time is added.
         """
-        run, state, unit = self._run, self._run.columns.names, float(self._run.start.units.time)
-        every, bits = tuple(dict.fromkeys([*state, *names])), run.precision.bits
-        columns: dict[Any, list[Array]] = {n: [] for n in ("name", "t", TIME, *names, DIGITS)}
-        with rounding_of(self._numbers):
-            for row in (x for i in range(len(run.segments)) for x in self._events_of(i, every)):
-                count, seconds = len(row.name), row.time.astype(float) * unit
-                errors = {name: numpy.full(count, math.inf) for name in every}
-                digits = numpy.zeros(count)
-                for pair in row.pairs:
-                    own, values = pair.errors(every, self._numbers), pair.values(every)
-                    # zero behind the event: what the end leaves of a column is its error
-                    cleared = pair.segment.cleared if row.switch else ()
-                    for name, error in own.items():
-                        rest = abs(values[name]) if name in cleared else 0.0
-                        errors[name][pair.index] = numpy.maximum(error, rest)
-                    for name in own.keys() & {*cleared}:
-                        own[name], values[name] = 0 * own[name], 0 * values[name]
-                    known = {name: own[name] for name in state}
-                    values = {name: values[name] for name in state}
-                    digits[pair.index] = digits_over_rows(values, known, run.start, bits)
-                late = row.late * unit
-                digits = numpy.minimum(digits, digits_of_time(late, seconds, unit))
-                late = late + numpy.spacing(seconds) / 2 * run.precision.is_float
-                shown = {"name": row.name, "t": seconds, TIME: late, **errors, DIGITS: digits}
-                for name, column in columns.items():
-                    column.append(shown[name])
-        empty = {"name": numpy.empty(0, object)}
-        return {
-            name: numpy.concatenate(column) if column else empty.get(name, numpy.empty(0))
-            for name, column in columns.items()
-        }
+        run, numbers, unit = self._run, self._numbers, float(self._run.start.units.time)
+        shown = event_columns(run, ())
+        seconds, count = floats(shown["t"]), len(shown["t"])
+        late, digits = numpy.full(count, math.inf), numpy.zeros(count)
+        errors = {name: numpy.full(count, math.inf) for name in names}
+        first = 0
+        with rounding_of(numbers):
+            for segment, before in zip(run.segments, _switches(run), strict=True):
+                for delay, pair in (*self._inside(segment, before), *self._switch(segment, before)):
+                    at = pair.index + first
+                    own, digits[at] = pair.compare(run, names, numbers)
+                    late[at] = delay * unit
+                    for name in names:
+                        errors[name][at] = own[name]
+                first += len(segment.run.found.hits) + bool(segment.ended)
+        late = numpy.where(numpy.isfinite(late), late, math.inf)
+        digits = numpy.minimum(digits, digits_of_time(late, seconds, unit))
+        late = late + numpy.spacing(seconds) / 2 * run.precision.is_float
+        return {"name": shown["name"], "t": seconds, TIME: late, **errors, DIGITS: digits}
 
-    def _events_of(self, i: int, names: Sequence[Name]) -> Iterator[_Events]:
-        """Give the events inside the segment ``i``, and the event that ends it."""
-        run, other, numbers = self._run, self.reference, self._numbers
-        segment, hits = run.segments[i], run.segments[i].run.found.hits
-        before = _switches(run)[i]
-        if len(hits):
-            time = hits.time + times_in(numbers, [segment.begin])[0]
-            late, pairs = numpy.full(len(hits), math.inf), []
-            begins = [float(s.begin) for s in other.segments[1:]]
-            at = numpy.searchsorted(begins, time.astype(float), side="left")
-            for j in numpy.unique(at).tolist():
-                here = (at == j) & (time.astype(float) <= float(other.end_time))
-                if _switches(other)[j] != before:
-                    continue
-                for name, event in segment.setup.watched.items():
-                    index = numpy.flatnonzero(here & (hits.name == name))
-                    if len(index):
-                        theirs = other.segments[j]
-                        late[index], better = _zeros_of(event, theirs, time[index], numbers)
-                        row = [x[index] for x in hits.state]
-                        pairs.append(Pair(index, segment, row, theirs, better))
-            late = numpy.where(numpy.isfinite(late), late, math.inf)
-            yield _Events(hits.name, time, late, pairs)
-        if segment.ended:
-            end = segment.begin + segment.end_time
-            alike = [
-                s for s, switches in zip(other.segments, _switches(other), strict=True)
-                if (switches, s.ended) == (before, segment.ended)
-            ]  # fmt: skip
-            late, pairs = numpy.array([math.inf]), []
-            for theirs in alike[:1]:
-                late = numpy.array([abs(float(end - theirs.begin - theirs.end_time))])
-                mine, better = ([numbers.array([x]) for x in s.end_row] for s in (segment, theirs))
-                pairs.append(Pair(numpy.arange(1), segment, mine, theirs, better))
-            names_of = numpy.array([segment.ended], dtype=object)
-            yield _Events(names_of, times_in(numbers, [end]), late, pairs, switch=True)
+    def _inside(self, segment: Segment, before: tuple[str, ...]) -> Iterator[tuple[Array, Pair]]:
+        """Give the delays of the events inside a segment, after its mode switches ``before``."""
+        other, numbers, hits = self.reference, self._numbers, segment.run.found.hits
+        if not len(hits):
+            return
+        time = hits.time + times_in(numbers, [segment.begin])[0]
+        rounded = time.astype(float)
+        begins = [float(theirs.begin) for theirs in other.segments[1:]]
+        at = numpy.searchsorted(begins, rounded, side="left")
+        at[rounded > float(other.end_time)] = -1
+        for j, theirs in enumerate(other.segments):
+            for name, event in segment.setup.watched.items():
+                index = numpy.flatnonzero((at == j) & (hits.name == name))
+                if len(index) and _switches(other)[j] == before:
+                    delay, better = _zeros_of(event, theirs, time[index], numbers)
+                    row = [x[index] for x in hits.state]
+                    yield delay, Pair(index, segment, row, theirs, better)
+
+    def _switch(self, segment: Segment, before: tuple[str, ...]) -> Iterator[tuple[float, Pair]]:
+        """Give the delay of the mode switch that ends a segment."""
+        other, numbers = self.reference, self._numbers
+        for theirs, switches in zip(other.segments, _switches(other), strict=True):
+            if segment.ended and (switches, theirs.ended) == (before, segment.ended):
+                pair = _ends(segment, theirs, numbers)
+                end = segment.begin + segment.end_time
+                index = numpy.array([len(segment.run.found.hits)])
+                yield (
+                    abs(float(end - theirs.begin - theirs.end_time)),
+                    pair._replace(index=index, cleared=segment.cleared),
+                )
+                return
 
     @cached_property
     def digits_throughout(self) -> float:
@@ -408,19 +378,15 @@ class Errors:
         if run.event_counts:
             digits += [*self.events()[DIGITS]]
         if run.status not in ARRIVED:
-            error, unit = float(self.at_end["t_end"]), float(run.start.units.time)
-            digits.append(digits_of_time(numpy.float64(error), float(run.t_end), unit))
+            error, unit = numpy.float64(self.at_end["t_end"]), float(run.start.units.time)
+            digits.append(digits_of_time(error, float(run.t_end), unit))
         return float(min(digits))
 
 
-class _Events(NamedTuple):
-    """Events with dimensionless times and errors of times, and their states in both runs."""
-
-    name: Array
-    time: Array
-    late: Array
-    pairs: Sequence[Pair]
-    switch: bool = False
+def _ends(mine: Segment, theirs: Segment, numbers: Any) -> Pair:
+    """Return the states of two segments at their ends."""
+    row, better = ([numbers.array([x]) for x in segment.end_row] for segment in (mine, theirs))
+    return Pair(numpy.arange(1), mine, row, theirs, better)
 
 
 def _switches(run: Solution) -> list[tuple[str, ...]]:
@@ -429,29 +395,16 @@ def _switches(run: Solution) -> list[tuple[str, ...]]:
     return [tuple(filter(None, ended[:i])) for i in range(len(ended))]
 
 
-def _paired(mine: Sequence[States], theirs: Sequence[States], index: Array) -> list[Pair]:
-    """Return the common instants of two runs; those of the second are numbers in ``index``."""
-    pairs = []
-    for segment, at, row in mine:
-        for other, number, better in theirs:
-            _, first, second = numpy.intersect1d(at, index[number], return_indices=True)
-            if len(first):
-                rows = [x[first] for x in row], [x[second] for x in better]
-                pairs.append(Pair(at[first], segment, rows[0], other, rows[1]))
-    return pairs
-
-
-def _limbs_of(run: Solution, times: Sequence[Fraction]) -> Array:
-    """Return exact times (s) as dimensionless sums of three doubles: axes (time, limb)."""
+def _limbs_of(run: Solution) -> Array:
+    """Return the dimensionless sample times as sums of three doubles: axes (time, limb)."""
     mpfr = run.precision.mpfr
 
     def compute() -> Array:
         with mpfr.precision():
-            local = mpfr.of_fractions(times) / mpfr.number(run.start.units.time)
+            local = mpfr.of_fractions(run.sample_times) / mpfr.number(run.start.units.time)
             return mpfr.to_limbs(local, MOST_LIMBS)
 
-    own = times is run.scene.sample_times
-    return run.start.once("sample times in limbs", compute) if own else compute()
+    return run.start.once("sample times in limbs", compute)
 
 
 def _at_limbs(segment: Segment, times: Array) -> list[Array]:
@@ -465,7 +418,8 @@ def _zeros_of(
 ) -> tuple[Array, list[Array]]:
     """Return the delays after ``times`` of a function's zeros, and the states there.
 
-    By one step of Newton's method along the power series at ``times``, or at the segment's end.
+    By one step of Newton's method along the power series at ``times``, or at the segment's end. The
+    delay is infinite if the function has no series.
     """
     setup, fn = segment.setup, functions_of(numbers)
     local = times - times_in(numbers, [segment.begin])[0]
@@ -474,21 +428,13 @@ def _zeros_of(
     row = segment.at(inner, numbers)
     body = segment.start.body.numbers(numbers.number)
     entries, q = setup.layout.moving(body, tuple(row), fn)
-    if event.of_rate or not isinstance(event.function, UserFunction):
+    try:
         value = event_value(event, q)
-        if not isinstance(value, TaylorSeries):
-            return numpy.full(len(times), math.inf), row
-        step = -value[0] / value[1]
-    else:  # it has values, but may have no series
-
-        def at(delay: float) -> Scalar:
-            moved = tuple(sum(x[k] * delay**k for k in range(ASIDE_ORDER)) for x in entries)
-            value = event_value(event, setup.layout.motion(body, moved, fn))
-            # of a fraction and a long double NumPy makes an object
-            return value.astype(numpy.longdouble) if fn is numpy else value
-
-        slope = (at(ASIDE) - at(-ASIDE)) / (2 * ASIDE)
-        step = -at(0.0) / numpy.where(slope == 0, math.nan, slope)
+    except InputError:
+        value = None
+    if not isinstance(value, TaylorSeries):
+        return numpy.full(len(times), math.inf), row
+    step = -value[0] / value[1]
     there = [x[0] + step * (x[1] + step * x[2]) for x in entries]
     form = setup.formulation
     before, after = (form.State(*x[: len(form.columns)]) for x in (row, there))

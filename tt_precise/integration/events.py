@@ -6,7 +6,6 @@ new entry here. Any quantity has ``extremum:QUANTITY`` and ``zero:QUANTITY``.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
@@ -108,6 +107,8 @@ _ALL = (
     Event("Lk_equals_minus_Lz", lambda q: alignment(q, -1), "L.k = -L.z"),
 )  # fmt: skip
 EVENTS = {event.name: replace(event, smooth=True) for event in _ALL}
+TURNING = "turning points"  # Minima and maxima of theta, which alternate with each other.
+CONTINUED = {TURNING, *(name for name, event in EVENTS.items() if not event.gliding)}
 
 # Functions with the same changes of sign as a quantity, or the same extrema, that are smooth at the
 # poles or at rest.
@@ -164,8 +165,8 @@ def change(name: str, direction: int) -> str:
 
 def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:
     """Return the events of ``names`` that ``model`` can have."""
-    gliding = {name for name, event in EVENTS.items() if event.gliding}
-    return tuple(name for name in names if model == "gliding" or name not in gliding)
+    others = [name for name in EVENTS if name not in catalogue(model)]
+    return tuple(name for name in names if name not in others)
 
 
 def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
@@ -194,37 +195,22 @@ def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
             # five times smaller than the derivative of g_n by every state entry
             return Event(name, force_slope, meaning)
         return Event(name, function, meaning, of_rate=True, azimuth=quantity.azimuth)
-    example = name if name in QUANTITIES else "g_n"
     also = (
-        f", or {EXTREMUM}QUANTITY or {ZERO}QUANTITY of the catalogue such as {EXTREMUM}{example}, "
+        f", or {EXTREMUM}QUANTITY or {ZERO}QUANTITY of the catalogue such as {EXTREMUM}g_n, "
         "or one's own function itself for its zeros, tt.quantity(function) for its extrema"
     )
-    further = (f"{kind}{one}" for kind in (EXTREMUM, ZERO) for one in QUANTITIES)
-    raise wrong_name("event", name, EVENTS, also, further=further)
+    raise wrong_name("event", name, EVENTS, also)
 
 
-def not_alternating(
-    happened: Iterable[tuple[str, int]], recorded: Iterable[str]
-) -> tuple[str, ...]:
-    """Events that rise or fall twice in a row among ``happened`` (name, direction, in order).
-
-    Minima and maxima of theta alternate with each other, where both are ``recorded``.
-    """
-    turning = "turning points"
-    directions: dict[tuple[str, int], list[int]] = {}
-    joined = 0
+def not_alternating(happened: Iterable[tuple[str, int]]) -> tuple[str, ...]:
+    """Events that rise or fall twice in a row among ``happened`` (name, direction, in order)."""
+    last, missed = dict[str, int](), dict[str, None]()
     for name, direction in happened:
-        kind = turning if name in ("theta_min", "theta_max") else name
-        joined += name in JOINING
-        # forces, and gliding after a rest, do not continue those before
-        part = 0 if name in EVENTS and not EVENTS[name].gliding else joined
-        if name not in JOINING:
-            directions.setdefault((kind, part), []).append(int(direction))
-    if not {"theta_min", "theta_max"} <= set(recorded):
-        directions.pop((turning, 0), None)
-    missed = (
-        name
-        for (name, _), signs in directions.items()
-        if any(a * b != -1 for a, b in itertools.pairwise(signs))
-    )
-    return tuple(dict.fromkeys(missed))
+        kind = TURNING if name in ("theta_min", "theta_max") else name
+        if name in JOINING:  # forces, and gliding after a rest, do not continue those before
+            last = {n: way for n, way in last.items() if n in CONTINUED}
+            continue
+        if direction in (0, last.get(kind)):
+            missed[kind] = None
+        last[kind] = direction
+    return tuple(missed)

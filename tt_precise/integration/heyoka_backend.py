@@ -6,16 +6,15 @@ All equations are integrated in dimensionless units (m = R = g = 1).
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache, lru_cache
-from types import ModuleType
+from functools import cache, lru_cache, partial
 from typing import Any, TypeVar
 
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.precision import LONG_DOUBLES
 from tt_precise.integration.segment import Propagation, Segment, empty_series, require_few_steps
-from tt_precise.integration.setup import Setup, full_tolerance, left_the_table
+from tt_precise.integration.setup import Setup, full_tolerance, no_contact_at_start
 from tt_precise.integration.steps import Steps, join, of_heyoka
 from tt_precise.integration.zeros import Zeros, nothing_found
 from tt_precise.runtime.process import import_heyoka
@@ -25,7 +24,6 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 LONGEST = 2.0**40  # No propagation whose state has the time gets so far: the state ends it.
-MOST_CUTS = 4  # A failed propagation is cut back to its last good step so often.
 MOST_SAMPLES = 20_000  # States that are stored of a run at its sample times.
 # How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
 # time. Wider types have them at level 0, in a seventh of it: a library does their operations.
@@ -72,52 +70,34 @@ def propagate(
     series: bool = False,
     samples: Array | None = None,
     progress: Progress | None = None,
-    cuts: int = MOST_CUTS,
 ) -> Propagation:
     """Propagate once from ``start`` to ``until`` or to the horizon of the start.
 
     A run in double that looks for no events has Taylor steps only if ``series`` asks for them, and
-    otherwise its states at ``samples``. A propagation that produces NaN ends at its last good step
-    and has the status "failed", as has a propagation whose steps are too short ever to reach the
-    horizon. A shortened propagation may fail again, and is shortened at most ``cuts`` times.
+    otherwise its states at ``samples``; wider arithmetics take longer than their series. A
+    propagation that produces NaN ends at its last good step and has the status "failed", as has a
+    propagation whose steps are too short ever to reach the horizon.
 
     Raises ``InputError``: there are too many events or steps, or the function of an event became
     undefined.
     """
-    precision, exact = setup.precision, setup.precision.context.mpf
-    series = series or needs_series(setup)
-    goal = until or (exact(LONGEST) if setup.phase.has_clock else start.until)
-    first = exact(setup.phase.first_step)
-    with pooled_integrator(setup.but(events=())) as integrator:
-        integrator.begin(setup, start)
+    series = series or bool(setup.events) or not setup.precision.is_float
+    goal = until or (setup.precision.context.mpf(LONGEST) if setup.phase.has_clock else start.until)
+    with pooled(build, setup.but(events=())) as integrator:
         run = _BlockwiseRun(setup, start, integrator, goal, progress)
-        run.samples = None if series else samples
-        outcome = outcomes().time_limit
-        for target in (first, goal) if 0 < first < goal else (goal,):
-            if outcome == outcomes().time_limit:
-                outcome = run.advance(target, series)
+        outcome = run.propagate(series, samples)
         status = status_of(outcome, integrator.terminal)
-        if status == "failed" and outcome == outcomes().err_nf_state:
-            last = _last_good_time(setup, start, integrator, goal)
-            if not last or not cuts:
-                row, size = start.first_row(setup.formulation, setup.record), len(run.row)
-                return Propagation(
-                    status, last, row, 0, integrator.adaptive.order, nothing_found(setup),
-                    lambda: empty_series(size),
-                )  # fmt: skip
-            cut = propagate(setup, start, until=last, series=series, cuts=cuts - 1)
-            return cut._replace(status=status)
-        time, row = run.time, run.row
-        if (
-            status == "complete"
-            and setup.contact == "bilateral"
-            and left_the_table(
-                setup.formulation.model, start, precision.context, bool(integrator.losses)
-            )
-        ):
+        if outcome == outcomes().err_nf_state:
+            if last := _last_good_time(setup, start, integrator, goal):
+                shorter = propagate(setup, start, until=last, series=series)
+                return shorter._replace(status=status)
+            row, order = start.first_row(setup.formulation, setup.record), integrator.adaptive.order
+            none = partial(empty_series, len(row))
+            return Propagation(status, last, row, 0, order, nothing_found(setup), none)
+        if status == "complete" and integrator.losses:
             status = "contact_ignored"
-        order, blocks = integrator.adaptive.order, run.blocks
-    found = run.zeros.collect() if run.zeros else nothing_found(setup)
+        time, row, order = run.time, run.row, integrator.adaptive.order
+    blocks, found = run.blocks, run.zeros.collect() if run.zeros else nothing_found(setup)
 
     def steps() -> Steps:
         if series:
@@ -126,14 +106,6 @@ def propagate(
         return propagate(setup, start, until=end, series=True).series()
 
     return Propagation(status, time, row, run.steps, order, found, steps, run.taken)
-
-
-def needs_series(setup: Setup) -> bool:
-    """True if the Taylor steps are computed at once.
-
-    Events need them, and wider arithmetics take longer than the series.
-    """
-    return bool(setup.events) or not setup.precision.is_float
 
 
 class _BlockwiseRun:
@@ -147,18 +119,19 @@ class _BlockwiseRun:
         self, setup: Setup, start: InitialState, integrator: Integrator, goal: Scalar,
         progress: Progress | None,
     ):  # fmt: skip
+        integrator.begin(setup, start)
         self.setup, self.start, self.adaptive = setup, start, integrator.adaptive
         self.goal, self.progress = goal, progress
         self.zeros = Zeros(setup, start) if setup.events else None
         self.blocks, self.steps = list[Steps](), 0
-        self.samples: Array | None = None
         self.taken: Array | None = None
-        number, precision = setup.precision.number, setup.precision
-        order = self.adaptive.order
-        longest = longest_step(start.body, start.vectors, order, precision, setup.phase)
+        precision = setup.precision
+        longest = longest_step(
+            start.body, start.vectors, self.adaptive.order, precision, setup.phase
+        )
         self.limits: dict[str, Any] = {"max_steps": precision.kind.steps}
         if longest is not None:
-            self.limits["max_delta_t"] = number(longest)
+            self.limits["max_delta_t"] = precision.number(longest)
         if precision.kind.in_software:
             self.limits["callback"] = self._report
 
@@ -179,30 +152,42 @@ class _BlockwiseRun:
             self.progress(min(1.0, float(adaptive.time) / float(self.goal)))
         return True
 
-    def advance(self, goal: Scalar, series: bool) -> Any:
-        """Propagate to a goal and return heyoka's outcome.
+    def propagate(self, series: bool, samples: Array | None) -> Any:
+        """Propagate to the goal and return heyoka's outcome.
 
-        It is ``step_limit`` if a whole block covered less than eps of the horizon (mu = 1e300): the
-        rest would take 1/eps more blocks. States at the samples exist if the first block reaches
-        the last sample: otherwise heyoka would begin another grid a rounding away from the end of
-        the last step.
+        States at the samples exist if the first block reaches the last sample: otherwise heyoka
+        would begin another grid a rounding away from the end of the last step.
+        """
+        first = self.setup.precision.context.mpf(self.setup.phase.first_step)
+        if 0 < first < self.goal:
+            outcome = self._advance(first, series)
+            if outcome != outcomes().time_limit:
+                return outcome
+        if samples is None or series:
+            return self._advance(self.goal, series)
+        times = [self.adaptive.time, *samples[1:]]
+        outcome, _, _, count, _, rows = self.adaptive.propagate_grid(times, **self.limits)
+        self.taken = rows if len(rows) == len(samples) else None
+        self.steps += count
+        self._report(self.adaptive)
+        return self._advance(self.goal, series) if outcome == outcomes().step_limit else outcome
+
+    def _advance(self, goal: Scalar, series: bool) -> Any:
+        """Propagate to a goal block by block.
+
+        heyoka's outcome is ``step_limit`` if a whole block covered less than eps of the horizon
+        (mu = 1e300): the rest would take 1/eps more blocks.
         """
         precision, adaptive, limit = self.setup.precision, self.adaptive, outcomes().step_limit
         while True:
             before = adaptive.time
-            if self.samples is not None:
-                grid, self.samples = self.samples, None
-                times = [before, *grid[1:]]
-                outcome, _, _, count, _, rows = adaptive.propagate_grid(times, **self.limits)
-                self.taken = rows if len(rows) == len(grid) else None
-            else:
-                outcome, _, _, count, output, _ = adaptive.propagate_until(
-                    precision.number(goal), c_output=series, **self.limits
-                )
-                if output is not None:
-                    self.blocks.append(of_heyoka(output, self.setup, self.start))
-                    if self.zeros:
-                        self.zeros.search(self.blocks[-1])
+            outcome, _, _, count, output, _ = adaptive.propagate_until(
+                precision.number(goal), c_output=series, **self.limits
+            )
+            if output is not None:
+                self.blocks.append(of_heyoka(output, self.setup, self.start))
+                if self.zeros:
+                    self.zeros.search(self.blocks[-1])
             self.steps += count
             self._report(adaptive)
             advance = precision.with_guard_bits(adaptive.time - before)
@@ -248,12 +233,12 @@ def status_of(outcome: Any, terminal: tuple[str, ...]) -> str:
 class Integrator:
     """A ``heyoka.taylor_adaptive``, and the events that end or switch a motion.
 
-    ``losses`` holds the latest time at which g_n fell through 0 in a run that went on there.
+    ``losses`` has entries if g_n was negative or fell through 0 in a run that goes on there.
     """
 
     adaptive: Adaptive
     terminal: tuple[str, ...]
-    losses: list[Scalar] = field(default_factory=list)
+    losses: list[str] = field(default_factory=list)
 
     def begin(self, setup: Setup, start: InitialState) -> None:
         """Go to ``start``, at time zero, and forget earlier events."""
@@ -265,29 +250,34 @@ class Integrator:
             self.adaptive.pars[i] = number(value)
         self.adaptive.time = number(setup.precision.context.mpf(0))
         self.adaptive.reset_cooldowns()
-        self.losses.clear()
+        self.losses[:] = ["start"] * no_contact_at_start(setup, start)
 
 
 def build(setup: Setup) -> Integrator:
     """Compile the integrator for ``setup``."""
     heyoka = import_heyoka()
 
-    # a trajectory's status and suspect_events have what heyoka would log
+    # a trajectory's status and unresolved events have what heyoka would log
     heyoka.set_logger_level_critical()
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
     eps, parameters = float(setup.precision.eps), len(form.parameters)
     terminal = setup.phase.ends(equations, heyoka.par[parameters], setup.precision)
-    losses: list[Scalar] = []
+    number, falling = setup.precision.number, heyoka.event_direction.negative
+    losses = list[str]()
     noted = []
     if setup.contact == "bilateral":
-        noted = [_loss(heyoka, terminal.pop("contact_lost"), fp_type, losses)]
+
+        def lose(adaptive: Adaptive, time: Scalar, sign: int) -> None:
+            losses[:] = ["contact_lost"]
+
+        function = terminal.pop("contact_lost")
+        noted = [heyoka.nt_event(function, lose, direction=falling, fp_type=fp_type)]
     goes_on = setup.phase.condition
     conditions = {
         name: {"callback": goes_on(form, name, eps, setup.tolerance)} if goes_on else {}
         for name in terminal
     }
-    number, falling = setup.precision.number, heyoka.event_direction.negative
     zero = setup.precision.context.mpf(0)
     integrator = heyoka.taylor_adaptive(
         equations.system,
@@ -315,15 +305,7 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     options["opt_level"] = OPTIMISATION[kind]
     tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
     options["tol"] = number(tolerance)
-    return options | dict(setup.options)
-
-
-def _loss(heyoka: ModuleType, numerator: Scalar, fp_type: type, losses: list[Scalar]) -> Any:
-    def callback(adaptive: Adaptive, time: Scalar, sign: int) -> None:
-        losses[:] = [time]
-
-    falling = heyoka.event_direction.negative
-    return heyoka.nt_event(numerator, callback, direction=falling, fp_type=fp_type)
+    return options
 
 
 @lru_cache(maxsize=POOLED_KINDS)
@@ -341,8 +323,3 @@ def pooled(make: Callable[[Key], Made], key: Key) -> Iterator[Made]:
         integrator = make(key)
     yield integrator
     idle.append(integrator)  # only after a run without an exception
-
-
-def pooled_integrator(setup: Setup) -> AbstractContextManager[Integrator]:
-    """An integrator for ``setup``, pooled from an earlier run or newly compiled."""
-    return pooled(build, setup)

@@ -25,6 +25,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy
+
 from tt_precise.integration.errors import errors_of
 from tt_precise.integration.reading import event_columns
 from tt_precise.integration.solution import Solution
@@ -92,30 +94,10 @@ class InversionTimes:
     def __repr__(self) -> str:
         if self.equator is None:
             return "<InversionTimes: theta = pi/2 is not passed>"
-        climbs = (f"{d} {_brief(climb.t_init)} to {_brief(climb.t_end)}" for d, climb in self._each)
-        return f"<InversionTimes: theta = pi/2 at {_brief(self.equator)}; {', '.join(climbs)}>"
-
-    def _repr_html_(self) -> str:
-        from tt_precise.runtime.tables import as_html
-
-        rows: list[tuple[object, ...]] = [("theta = pi/2", _full(self.equator), "", "")]
-        rows += [
-            (f"climb {d}", _full(climb.t_init), _full(climb.t_end), _brief(climb.duration))
-            for d, climb in self._each
-        ]
-        return as_html("Climb, in s", rows, ("", "begin", "end", "duration"))
-
-    @property
-    def _each(self) -> tuple[tuple[str, Climb], ...]:
-        return ("A", self.A), ("B", self.B), ("C", self.C)
-
-
-def _brief(time: Scalar) -> str:
-    return "none" if time is None else f"{float(time):.6g} s"
-
-
-def _full(time: Scalar) -> str:
-    return "none" if time is None else str(time)
+        text = {n: "none" if t is None else f"{float(t):.6g} s" for n, t in self.times.items()}
+        climbs = (f"{d} {text[f't_init_{d}']} to {text[f't_end_{d}']}" for d in "ABC")
+        passed = f"theta = pi/2 at {float(self.equator):.6g} s"
+        return f"<InversionTimes: {passed}; {', '.join(climbs)}>"
 
 
 def with_climb(run: Solution) -> Solution:
@@ -126,49 +108,32 @@ def with_climb(run: Solution) -> Solution:
 
 def times_of(run: Solution) -> InversionTimes:
     """The times of a solution."""
-    return from_events(*_events(run), mirrored=_mirrored(run))
+    return from_events(event_columns(with_climb(run), ("theta", "phi_dot")), *_pi_and_side(run))
 
 
-def errors_of_times(run: Solution) -> dict[str, float]:
-    """The estimated errors (s) of the times of the climb, see ``time_errors``."""
-    known = errors_of(with_climb(run)).events()
-    return time_errors(*_events(run), known["error"], known["digits"], mirrored=_mirrored(run))
-
-
-def _events(run: Solution) -> tuple[dict[str, Array], Scalar]:
-    """The events of the climb, and pi."""
+def _pi_and_side(run: Solution) -> tuple[Scalar, bool]:
+    """Return pi, and whether lambda < 0."""
     pi = math.pi if run.precision.is_float else +run.precision.context.pi
-    return event_columns(with_climb(run), ("theta", "phi_dot")), pi
+    return pi, bool(jellett(run.start.motion(run.precision.context)) < 0)
 
 
-def _mirrored(run: Solution) -> bool:
-    return bool(jellett(run.start.motion(run.precision.context)) < 0)
-
-
-def from_events(
-    events: Mapping[str, Array], pi: Scalar, *, mirrored: bool = False
-) -> InversionTimes:
+def from_events(events: Mapping[str, Array], pi: Scalar, mirrored: bool = False) -> InversionTimes:
     """Initiation and ending times from columns of the events ``NEEDED``, in order of time.
 
     The columns are name, t, direction, theta and phi_dot. ``mirrored``: lambda < 0.
     """
-    import numpy
-
     name, t, direction, theta, phi_dot = (
         numpy.asarray(events[column]) for column in ("name", "t", "direction", "theta", "phi_dot")
     )
-    sign = -1 if mirrored else 1
     # at a pole phi_dot is undefined, None in wide arithmetics: a number that has no sign
     phi_dot = numpy.array([math.nan if rate is None else rate for rate in phi_dot.tolist()])
+    phi_dot = -phi_dot if mirrored else phi_dot
 
-    def times(wanted: str) -> list[Scalar]:
-        return list(t[name == wanted].tolist())
+    def times(kind: str) -> list[Scalar]:
+        return list(t[name == kind].tolist())
 
-    def turning_points(wanted: str) -> TurningPoints:
-        here = name == wanted
-        return TurningPoints(
-            t[here].tolist(), theta[here].tolist(), (sign * phi_dot[here]).tolist()
-        )
+    def turning_points(kind: str) -> TurningPoints:
+        return TurningPoints(*(column[name == kind].tolist() for column in (t, theta, phi_dot)))
 
     rises = (name == "equator") & (direction < 0)
     marks = InversionEvents(
@@ -178,39 +143,36 @@ def from_events(
         phi_dot_zero=times("phi_dot_zero"),
         aligned=times("Lk_equals_Lz"),
         opposed=times("Lk_equals_minus_Lz"),
-        backwards=any(sign * rate < 0 for rate in phi_dot[rises][:1].tolist()),
+        backwards=any(rate < 0 for rate in phi_dot[rises][:1].tolist()),
     )
     return from_inversion_events(marks, pi)
 
 
-def time_errors(
-    events: Mapping[str, Array], pi: Scalar, errors: Array, digits: Array, *, mirrored: bool = False
-) -> dict[str, float]:
-    """Estimated errors (s) of the existing times of ``from_events``, by name.
+def errors_of_times(run: Solution) -> dict[str, float]:
+    """Estimated errors (s) of the existing times of a solution, by name.
 
-    ``errors`` are those of the events' times, ``digits`` those of the states at the events. The
-    times are computed again with all events later by their errors; with every theta larger by its
-    error; and with every second theta larger and the others smaller, on which the lines of
+    The times are computed again with all events later by their errors; with every theta larger by
+    its error; and with every second theta larger and the others smaller, on which the lines of
     definition A depend most. The changes are added.
     """
-    import numpy
+    known = errors_of(with_climb(run)).events()
+    events = event_columns(with_climb(run), ("theta", "phi_dot"))
 
     def shifted(name: str, by: Array) -> InversionTimes:
         column = [v if v is None else v + d for v, d in zip(events[name], by, strict=True)]
-        return from_events({**events, name: column}, pi, mirrored=mirrored)
+        return from_events({**events, name: column}, *_pi_and_side(run))
 
-    tilts = 10.0**-digits
+    tilts = 10.0 ** -known["digits"]
     alternating = tilts * numpy.where(numpy.arange(len(tilts)) % 2, 1, -1)
-    plain = from_events(events, pi, mirrored=mirrored)
-    changed = [shifted("t", errors), shifted("theta", tilts), shifted("theta", alternating)]
-    found = {}
+    shifts = ("t", known["error"]), ("theta", tilts), ("theta", alternating)
+    changed = [shifted(name, by) for name, by in shifts]
+    plain, errors = times_of(run), {}
     for name, t in {"equator": plain.equator, **plain.times}.items():
-        if t is None:
-            continue
-        others = [getattr(c, name) if name == "equator" else c.times[name] for c in changed]
-        missing = any(other is None for other in others)
-        found[name] = math.inf if missing else float(sum(abs(other - t) for other in others))
-    return found
+        others = [c.equator if name == "equator" else c.times[name] for c in changed]
+        if t is not None:
+            missing = any(other is None for other in others)
+            errors[name] = math.inf if missing else float(sum(abs(x - t) for x in others))
+    return errors
 
 
 def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:

@@ -19,7 +19,12 @@ from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.events import Event
 from tt_precise.integration.heyoka_backend import LONGEST
 from tt_precise.integration.segment import Propagation, Segment, empty_series, require_few_steps
-from tt_precise.integration.setup import Setup, full_tolerance, left_the_table, refused_in_doubles
+from tt_precise.integration.setup import (
+    Setup,
+    full_tolerance,
+    no_contact_at_start,
+    refused_in_doubles,
+)
 from tt_precise.integration.steps import Steps, join, of_block
 from tt_precise.integration.zeros import Zeros, nothing_found
 from tt_precise.mechanics.quantities import Motion
@@ -31,16 +36,10 @@ from tt_precise.taylor.system import StepBlock, System, number, numbers_of, orde
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
-    """Refuse functions that sums of doubles lack, and heyoka's options."""
-    name, why = setup.precision.name, refused_in_doubles(scene)
-    if why:
-        return f"{scene.name}: got {name}, expected double, quad or mp for {why}"
-    if setup.options:
-        return (
-            f"options: got {', '.join(dict(setup.options))} with precision {name}, expected none: "
-            "they are heyoka's"
-        )
-    return None
+    """Refuse functions that sums of doubles lack."""
+    why = refused_in_doubles(scene)
+    name = setup.precision.name
+    return f"{scene.name}: got {name}, expected double, quad or mp for {why}" if why else None
 
 
 def run(
@@ -101,9 +100,8 @@ def propagate_in_doubles(
             break
         require_few_steps(run.steps, float(end.time), float(horizon))
     status = end.status
-    if status == "complete" and setup.contact == "bilateral":
-        ignored = left_the_table(setup.formulation.model, start, fn, bool(run.losses))
-        status = "contact_ignored" if ignored else status
+    if status == "complete" and run.losses:
+        status = "contact_ignored"
     found = run.zeros.collect() if run.zeros else nothing_found(setup)
     blocks, size = run.blocks, run.size
 
@@ -126,8 +124,9 @@ class _DoublesRun:
 
     def __init__(self, setup: Setup, start: InitialState):
         self.setup, self.start, self.fn = setup, start, setup.precision.context
-        self.size, self.steps, self.losses = len(setup.layout.columns), 0, 0
-        self.system, names = _compiled(setup.but(tolerance=0.0, contact="", options=(), events=()))
+        self.size, self.steps = len(setup.layout.columns), 0
+        self.losses = int(no_contact_at_start(setup, start))
+        self.system, names = _compiled(setup.but(tolerance=0.0, contact="", events=()))
         ends = tuple(
             Event(name, partial(_end_function, setup, start, name), name, -1, smooth=True)
             for name in names

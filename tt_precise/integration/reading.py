@@ -45,10 +45,6 @@ class States(NamedTuple):
     index: Array
     row: list[Array]
 
-    def columns(self, names: Sequence[Name], numbers: Any) -> dict[Any, Array]:
-        """Compute named columns (SI)."""
-        return columns_in(self.segment, names, self.row, numbers)
-
 
 def columns_in(
     segment: Segment, names: Sequence[Name], row: Sequence[Array], numbers: Any
@@ -111,7 +107,7 @@ def states(run: Solution, times: Sequence[Scalar]) -> list[State]:
     found: list[Any] = [None] * len(times)
     with mpfr.precision():
         for part in at_times(run, mpfr.array(times), mpfr):
-            table = part.columns(run.columns.names, mpfr)
+            table = columns_in(part.segment, run.columns.names, part.row, mpfr)
             columns = {name: list(map(mpfr.back, column)) for name, column in table.items()}
             for k, i in enumerate(part.index.tolist()):
                 values = {name: to_user(column[k]) for name, column in columns.items()}
@@ -140,18 +136,29 @@ def table(
     times: Sequence[Fraction] | Array | None = None,
     numbers: Numbers = "float",
 ) -> dict[Any, Array]:
-    """Columns by default at the samples; integrate again for a pose that was not recorded."""
-    exact = run.sample_times if times is None else times
-    missing = [name for name in names if name in POSE_NAMES and name not in run.setup.record]
-    if not missing:
-        return own_table(run, names, exact, numbers)
-    posed = with_quadratures(run)
-    columns = own_table(run, [name for name in names if name not in missing], exact, numbers)
-    if run.status not in ARRIVED:  # the end of this run becomes that run's end
-        end, later = as_fraction(run.end), as_fraction(posed.end)
-        exact = tuple(later if t >= end else t for t in map(as_fraction, exact))
-    columns = own_table(posed, missing, exact, numbers) | columns
-    return {name: columns[name] for name in ("t", *names)}
+    """``t`` and the named columns at exact ``times`` in s, by default at the samples.
+
+    Numbers of double are a float64 array with NaN where a value is undefined; wider ones are an
+    array of objects, and text is a list, with None there. With a pose that was not recorded the
+    columns are those of a run that records it.
+    """
+    if any(name in POSE_NAMES and name not in run.setup.record for name in names):
+        run = with_quadratures(run)
+    times = run.sample_times if times is None else times
+    arrays: Any = run.precision.numbers
+    if run.precision.is_float and numbers != "text":
+        arrays = DOUBLES
+    kind = object if arrays is run.precision.mpfr else float
+    columns: dict[Any, Any] = {name: numpy.empty(len(times), dtype=kind) for name in names}
+    for name in names:
+        run.columns.dimension(name)
+    with rounding_of(arrays):
+        for segment, index, row in states_at(run, times, arrays):
+            for name, values in columns_in(segment, names, row, arrays).items():
+                columns[name][index] = values
+        t = seconds_of(run, times) if run.precision.is_float else arrays.of_fractions(times)
+        every = {"t": t, **columns}
+        return {name: converted(run, values, numbers) for name, values in every.items()}
 
 
 def with_quadratures(run: Solution) -> Solution:
@@ -171,37 +178,6 @@ def with_quadratures(run: Solution) -> Solution:
     )
 
 
-def own_table(
-    run: Solution,
-    names: Sequence[Name],
-    times: Sequence[Fraction] | Array,
-    numbers: Numbers = "float",
-) -> dict[Any, Array]:
-    """``t`` and the named columns at exact ``times`` in s.
-
-    Numbers of double are a float64 array with NaN where a value is undefined; wider ones are an
-    array of objects, and text is a list, with None there.
-    """
-    arrays: Any = run.precision.numbers
-    if run.precision.is_float and numbers != "text":
-        arrays = DOUBLES
-    columns: dict[Any, Any] = {
-        name: numpy.empty(len(times), dtype=object if arrays is run.precision.mpfr else float)
-        for name in names
-    }
-    for name in names:
-        run.columns.dimension(name)
-    with rounding_of(arrays):
-        for part in states_at(run, times, arrays):
-            for name, values in part.columns(names, arrays).items():
-                columns[name][part.index] = values
-        if run.precision.is_float:
-            columns = {"t": seconds_of(run, times), **columns}
-        else:
-            columns = {"t": arrays.of_fractions(times), **columns}
-        return {name: converted(run, values, numbers) for name, values in columns.items()}
-
-
 def seconds_of(run: Solution, times: Sequence[Fraction] | Array) -> Array:
     """Return exact times in s as doubles."""
 
@@ -216,14 +192,19 @@ def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
     """Convert an array in which a run is read for users."""
     precision = run.precision
     if numbers == "float" or precision.is_float:
-        floats = values.astype(float)
-        floats = (
-            numpy.where(numpy.isfinite(floats), floats, numpy.nan) + 0.0
-        )  # no minus before zero
-        return shortest_texts(floats) if numbers == "text" else floats
+        doubles = values.astype(float)
+        doubles = numpy.where(numpy.isfinite(doubles), doubles, numpy.nan) + 0.0  # no -0.0
+        return shortest_texts(doubles) if numbers == "text" else doubles
     if numbers == "text":
         return precision.mpfr.texts(values, precision.decimals)
     return objects(map(precision.mpfr.back, values))
+
+
+def floats(values: Any) -> Array:
+    """Return numbers of any kind as doubles, with NaN for undefined values."""
+    if isinstance(values, numpy.ndarray) and values.dtype != object:
+        return values.astype(float)
+    return numpy.array([numpy.nan if x is None else float(x) for x in values], dtype=float)
 
 
 def objects(values: Iterable[Any]) -> Array:
@@ -245,7 +226,10 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
             raise wrong_name("column", name, run.columns.dimensions, also)
         run.columns.dimension(name)  # refuses an unknown name where there are no events too
     arrays: Any = run.precision.numbers
-    columns: dict[Any, list[Any]] = {name: [] for name in ("name", "t", "direction", *names)}
+    none, empty = numpy.empty(0), numpy.empty(0, dtype=object)
+    columns: dict[Any, list[Array]] = {
+        "name": [empty], "t": [none], "direction": [none], **{name: [none] for name in names}
+    }  # fmt: skip
     with rounding_of(arrays):
         unit = arrays.number(run.start.units.time)
         for segment in run.segments:
@@ -261,13 +245,10 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
                     table |= columns_in(segment, names, state, arrays)
                     for column, values in table.items():
                         columns[column].append(values)
-        kinds: dict[Any, type] = {"name": object, "direction": int}
-        return {
-            name: numpy.concatenate(column).astype(kinds[name]) if column and name in kinds
-            else converted(run, numpy.concatenate(column), "exact") if column
-            else numpy.empty(0, kinds.get(name, float))
-            for name, column in columns.items()
-        }  # fmt: skip
+        whole = {name: numpy.concatenate(column) for name, column in columns.items()}
+        fixed = {"name": whole.pop("name"), "direction": whole.pop("direction").astype(int)}
+        shown = fixed | {name: converted(run, x, "exact") for name, x in whole.items()}
+        return {name: shown[name] for name in columns}
 
 
 # ---- conserved quantities -----------------------------------------------------------------------
@@ -369,7 +350,7 @@ def drift_columns(
 
 
 def _changes(run: Solution, name: str) -> Array:
-    values = own_table(run, [name], run.sample_times, "exact")[name]
+    values = table(run, [name], None, "exact")[name]
     known = [abs(value) for value in values if value is not None and value == value]
     scale = (values[0] and abs(values[0])) or max(known, default=0) or 1
     return numpy.array([v if v is None else abs(v - values[0]) / scale for v in values])

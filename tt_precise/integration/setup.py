@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -52,10 +52,9 @@ class Setup:
     """The settings of an integration; runs with equal setups share a compiled integrator.
 
     ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
-    relative, 0 for the full accuracy of the precision. ``options`` are extra keyword arguments of
-    ``heyoka.taylor_adaptive``, sorted. ``contact`` is "unilateral" or "bilateral". ``further``
-    are columns of the scene's states that a rigid contact does not have. ``formulation`` and
-    ``phase`` are those at the start.
+    relative, 0 for the full accuracy of the precision. ``contact`` is "unilateral"
+    or "bilateral". ``further`` are columns of the scene's states that a rigid contact does not
+    have. ``formulation`` and ``phase`` are those at the start.
     """
 
     formulation: Formulation
@@ -64,7 +63,6 @@ class Setup:
     events: tuple[Asked, ...] = ()
     record: tuple[str, ...] = ()
     tolerance: float = 0.0
-    options: tuple[tuple[str, Any], ...] = ()
     contact: str = "unilateral"
     further: tuple[str, ...] = ()
 
@@ -80,7 +78,6 @@ class Setup:
         record: Iterable[str] | None = None,
         contact: str = "unilateral",
         tolerance: float = 0.0,
-        options: Mapping[str, Any] | None = None,
     ) -> Setup:
         """The set-up of one integration of ``scene``; arguments as of ``integrate``.
 
@@ -93,11 +90,6 @@ class Setup:
             form, phase = backend.first(scene, form)
         if coordinates == "euler":
             _require_euler_angles(scene, working)
-            if scene.refused_in_angles:
-                raise InputError(
-                    f"formulation: got euler for {scene.name}, expected newton for "
-                    f"{scene.refused_in_angles}"
-                )
         require_name("contact", contact, CONTACTS)
         if contact == "bilateral" and scene.further_columns:
             raise InputError(
@@ -106,25 +98,13 @@ class Setup:
             )
         names = asked_for(scene.events if events is None else events, scene.model)
         marks = {event_named(name, scene.model, law).azimuth for name in names}
-        finest = full_tolerance(working)
-        try:
-            relative = float(tolerance)
-        except (TypeError, ValueError, OverflowError):
-            relative = math.nan
-        if relative != 0 and not finest <= relative < 1:
-            raise InputError(
-                f"tolerance: got {shortened(tolerance)}, expected 0 for the full accuracy of "
-                f"{working.name}, or a number from {float(finest):.2g} (the finest tolerance that "
-                "improves a result) to 1"
-            )
         return cls(
             formulation=form,
             phase=phase,
             precision=working,
             events=names,
             record=_checked_record(scene, record, coordinates, True in marks or scene.in_pieces),
-            tolerance=relative,
-            options=tuple(sorted((options or {}).items())),
+            tolerance=_checked_tolerance(tolerance, working),
             contact=contact,
             further=scene.further_columns,
         )
@@ -198,17 +178,30 @@ def refused_in_doubles(scene: Scene) -> str:
     return f"a start with {' and '.join(small)} below 1e-250" if small else ""
 
 
+def _checked_tolerance(tolerance: Any, precision: Precision) -> float:
+    finest = full_tolerance(precision)
+    try:
+        relative = float(tolerance)
+    except (TypeError, ValueError, OverflowError):
+        relative = math.nan
+    if relative != 0 and not finest <= relative < 1:
+        raise InputError(
+            f"tolerance: got {shortened(tolerance)}, expected 0 for the full accuracy of "
+            f"{precision.name}, or a number from {float(finest):.2g} (the finest tolerance that "
+            "improves a result) to 1"
+        )
+    return relative
+
+
 def _require_euler_angles(scene: Scene, precision: Precision) -> None:
-    theta = scene.start.theta
+    theta, why = scene.start.theta, scene.refused_in_angles
     # numbers near pi are 2 eps apart
     lost = theta.from_pi and precision.exact(theta.offset) < 2 * precision.eps
     if theta.at_pole or lost:
-        why = "is a pole" if theta.at_pole else f"is equal to pi in {precision.name}"
         shown = theta if theta.at_pole else f"pi - {float(theta.offset):g}"
-        raise InputError(
-            f"{scene.name}: theta = {shown} {why}, where Euler angles are undefined; expected "
-            "formulation newton"
-        )
+        why = f"theta = {shown}, which is a pole in {precision.name}: Euler angles are undefined"
+    if why:
+        raise InputError(f"formulation: got euler for {scene.name}, expected newton for {why}")
 
 
 def _checked_record(
@@ -248,12 +241,13 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
             "g_n < 0 there is no friction cone"
         )
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
-    if denominator <= 0:
+    why = ended_at_start(start, contact, fn)
+    if why == "singular_contact":
         raise InputError(
             f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "
             "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
         )
-    if ended_at_start(start, contact, fn):
+    if why:
         raise InputError(
             f"{name}: g_n is {fn.nstr(numerator / denominator, 6)} m g at t = 0, expected above 0: "
             'the top is not on the table; lower the start\'s rates, or use contact="bilateral" to '
@@ -261,7 +255,8 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
         )
 
 
-def left_the_table(model: str, start: InitialState, fn: Functions, later: bool) -> bool:
-    """True if g_n was negative at the start, or fell through zero ``later``."""
-    numerator, _ = contact_terms(model, start.body, start.vectors, fn)
-    return later or bool(numerator <= 0)
+def no_contact_at_start(setup: Setup, start: InitialState) -> bool:
+    """True if g_n is not positive at the start of a run that ignores the contact."""
+    model, fn = setup.formulation.model, setup.precision.context
+    ignored = setup.contact == "bilateral"
+    return bool(ignored and contact_terms(model, start.body, start.vectors, fn)[0] <= 0)

@@ -6,7 +6,6 @@ Each time belongs to one segment, a common end to the earlier segment.
 
 from __future__ import annotations
 
-import bisect
 import threading
 from collections import Counter
 from collections.abc import Iterator
@@ -41,17 +40,14 @@ class PhaseInterval(NamedTuple):
     """A segment of a motion under one model: times in s, and the status at its end.
 
     ``status`` is one of ``events.JOINING`` if another segment follows, else the trajectory's.
+    ``leaves`` is true if the top leaves the table at the end.
     """
 
     model: str
     begin: Scalar
     end: Scalar
     status: str
-
-    @property
-    def leaves(self) -> bool:
-        """True if the top leaves the table at the end."""
-        return self.status in LEAVES
+    leaves: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,14 +110,16 @@ class Solution(Memory):
     @property
     def touches(self) -> tuple[str, ...]:
         """Requested events whose functions touch zero, stay zero, or are ``unresolved``."""
-        touched = {name for segment in self.segments for name in segment.run.found.touches}
-        return tuple(name for name in self.setup.watched if name in touched)
+        return self._events_with("touches")
 
     @property
     def unresolved(self) -> tuple[str, ...]:
         """Requested events whose functions are below their error over several extrema."""
-        lost = {name for segment in self.segments for name in segment.run.found.unresolved}
-        return tuple(name for name in self.setup.watched if name in lost)
+        return self._events_with("unresolved")
+
+    def _events_with(self, kind: str) -> tuple[str, ...]:
+        names = {n for segment in self.segments for n in getattr(segment.run.found, kind)}
+        return tuple(name for name in self.setup.watched if name in names)
 
     @cached_property
     def end_time(self) -> Scalar:
@@ -162,21 +160,15 @@ class Solution(Memory):
             return self.end_time
         return to_mpmath(exact, self.precision.context) / self.start.units.time
 
-    def segment_at(self, time: Scalar) -> int:
-        """The number of the segment that a dimensionless time belongs to."""
-        begins = [segment.begin for segment in self.segments]
-        return max(bisect.bisect_left(begins, time) - 1, 0)
-
     @property
     def stretches(self) -> tuple[PhaseInterval, ...]:
         """The segments between mode switches, as ``PhaseInterval``."""
         to_user, unit = self.precision.to_user, self.start.units.time
-        begin, stretches = to_user(self.end * 0), []
-        for segment in (*(s for s in self.segments[:-1] if s.ended), self.segments[-1]):
-            last = segment is self.segments[-1]
-            end = self.t_end if last else to_user((segment.begin + segment.end_time) * unit)
-            status = segment.ended or self.status
-            stretches.append(PhaseInterval(segment.model, begin, end, status))
+        begin, stretches, last = to_user(self.end * 0), [], self.segments[-1]
+        for segment in (*(s for s in self.segments[:-1] if s.ended), last):
+            end = to_user((segment.begin + segment.end_time) * unit)
+            end, status = self.t_end if segment is last else end, segment.ended or self.status
+            stretches.append(PhaseInterval(segment.model, begin, end, status, status in LEAVES))
             begin = end
         return tuple(stretches)
 
@@ -218,9 +210,8 @@ def solve(scene: Scene, setup: Setup, progress: Progress | None = None) -> Solut
             silent = progress is not None or setup.precision.name not in SLOW
             title = f"{scene.name} in {setup.precision.name}"
             with nullcontext(progress) if silent else progress_bar(title) as report:
-                return Solution(
-                    scene, setup, start, tuple(backend.run(scene, setup, start, report))
-                )
+                segments = backend.run(scene, setup, start, report)
+            return Solution(scene, setup, start, tuple(segments))
     raise InputError(reason or f"{scene.name}: got no backend")
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
@@ -13,31 +11,24 @@ import numpy
 
 from tt_precise.integration.columns import POSE, State, expanded, unit_of
 from tt_precise.integration.errors import (
-    DIGITS,
-    ERROR,
     Errors,
     errors_of,
     events_with_errors,
-    floats,
     table_with_errors,
 )
 from tt_precise.integration.ladder import Level, integrate_to_digits
-from tt_precise.integration.precision import Precision
 from tt_precise.integration.reading import (
     Drifts,
     Numbers,
     drift_over_time,
     end_state,
-    motions,
     states,
 )
 from tt_precise.integration.setup import Events, Setup, asked_for
-from tt_precise.integration.solution import SLOW, PhaseInterval, Solution, solve
-from tt_precise.mechanics.parameters import Dimension
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.integration.solution import SLOW, Solution, solve
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed, require_name
-from tt_precise.scene.numerals import as_fraction, shortest_texts
+from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -63,10 +54,17 @@ class Trajectory:
     g_n <= 0 (only with ``contact="bilateral"``); otherwise the model ended at ``t_end``:
     "contact_lost", "singular_contact", "landed", "pole" or "failed".
 
+    ``t_end`` (s) is a float in double, else an mpmath number; ``sample_times`` (s) are exact, an
+    early end among them. ``pieces`` are the segments of gliding, rolling, flight and elastic
+    contact, as ``PhaseInterval``. ``event_counts`` are numbers of events by name; ``touches`` names
+    the events whose function has a double zero, stays zero, or is ``unresolved``: lost in rounding
+    for a while. No event is recorded there, and more digits decide. ``precision`` is the
+    ``Precision``, ``formulation`` "newton" or "euler", ``steps`` and ``order`` are those of Taylor.
+    ``sensitivity``, as ``Derivatives``, exists for ``integrate(..., sensitivity=[...])``.
+
     Errors are estimated by a further run, which is integrated when they are first asked for.
     Several threads may read from one trajectory. A pickle contains the scene and the set-up, no
-    numbers and no code: unpickling integrates again. ``steps`` and ``order`` are those of Taylor;
-    ``sensitivity`` exists for ``integrate(..., sensitivity=[...])``.
+    numbers and no code: unpickling integrates again.
     """
 
     sensitivity: Derivatives
@@ -74,16 +72,16 @@ class Trajectory:
     def __init__(self, run: Solution, sensitivity: Iterable[str] = ()):
         self.run, self.scene, self.setup, self.start = run, run.scene, run.setup, run.start
         self.status, self.steps, self.order = run.status, run.steps, run.order
+        self.precision, self.formulation = run.precision, run.setup.formulation.coordinates
+        self.pieces, self.t_end, self.sample_times = run.stretches, run.t_end, run.sample_times
+        self.event_counts, self.touches, self.unresolved = (
+            run.event_counts, run.touches, run.unresolved,
+        )  # fmt: skip
         self._names = listed(sensitivity)
         if self._names:
             from tt_precise.integration.derivatives import Derivatives
 
             self.sensitivity = Derivatives(run, self._names)
-
-    @classmethod
-    def of(cls, scene: Scene, setup: Setup) -> Trajectory:
-        """Integrate ``scene`` once with the set-up."""
-        return cls(solve(scene, setup))
 
     def again(self, **changes: Any) -> Trajectory:
         """Integrate the scene again, with some fields of the ``Setup`` replaced."""
@@ -95,7 +93,7 @@ class Trajectory:
     def __repr__(self) -> str:
         warning = "; contact point at rest at t = 0, held by friction" if self._warning else ""
         return (
-            f"<Trajectory of {self.scene.name}: {self.status}, t_end = {self.end_text} s, "
+            f"<Trajectory of {self.scene.name}: {self.status}, t_end = {float(self.t_end)!r} s, "
             f"{self.precision.name}, {self.formulation}, {self.steps} steps{warning}>"
         )
 
@@ -105,29 +103,9 @@ class Trajectory:
         return self.scene.rest_warning if self.pieces[0].model == "rolling" else ""
 
     @property
-    def precision(self) -> Precision:
-        """The working precision."""
-        return self.setup.precision
-
-    @property
-    def formulation(self) -> str:
-        """The coordinates of the integration: "newton" or "euler"."""
-        return self.setup.formulation.coordinates
-
-    @property
     def tolerance(self) -> Scalar:
         """The relative tolerance of the integration, an mpmath number."""
         return self.run.tolerance
-
-    @property
-    def pieces(self) -> tuple[PhaseInterval, ...]:
-        """The segments of gliding, rolling, flight and elastic contact; at least one."""
-        return self.run.stretches
-
-    @property
-    def t_end(self) -> Scalar:
-        """The end of the solution in s: a float in double, else an mpmath number."""
-        return self.run.t_end
 
     @property
     def state(self) -> State:
@@ -138,43 +116,12 @@ class Trajectory:
             errors["t"] = end
         return State(state.t, state.values, self.precision, errors)
 
-    @property
-    def end_text(self) -> str:
-        """``t_end`` in decimals, with its error if known."""
-        error = None if self.precision.is_float else self.state.errors.get("t")
-        return self.precision.with_error(self.t_end, error) if error else repr(float(self.t_end))
-
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
 
-        A sequence of times gives one ``State`` whose components are arrays.
-
         Raises ``InputError``: ``t`` lies outside [0, t_end]; a solution is never extrapolated.
         """
-        times = [t] if is_one(t) else t
-        several = states(self.run, list(map(self.run.dimensionless_time, times)))
-        if is_one(t):
-            return several[0]
-        kind = float if self.precision.is_float else object
-        columns = {
-            name: numpy.array([state.values[name] for state in several], dtype=kind)
-            for name in self.run.columns.names
-        }
-        return State(numpy.array([s.t for s in several], dtype=kind), columns, self.precision)
-
-    def motion(self, t: Scalar) -> Motion:
-        """The dimensionless ``Motion`` at ``t`` (s), of floats in double, else mpmath numbers."""
-        time = self.run.dimensionless_time(t)
-        motion = motions(self.run, [time])[0]
-        if not self.precision.is_float:
-            return motion
-        columns = self.run.segments[self.run.segment_at(time)].columns
-        return columns.array_motion(tuple(map(float, motion.row)), float, math)
-
-    @property
-    def sample_times(self) -> tuple[Fraction, ...]:
-        """The scene's exact sample times up to ``t_end``; an early ``t_end`` is added."""
-        return self.run.sample_times
+        return states(self.run, [self.run.dimensionless_time(t)])[0]
 
     def frame(
         self,
@@ -247,30 +194,6 @@ class Trajectory:
         """Correct digits of the worst component over all samples, events and ``t_end``."""
         return self.errors.digits_throughout
 
-    def error_over_time(self, *names: Any, beside: Trajectory | None = None) -> pandas.DataFrame:
-        """Estimated absolute errors (SI) of columns at ``sample_times``, by default of the state.
-
-        The last column, "digits", has the correct digits of the state's worst component.
-        """
-        import pandas
-
-        errors = Errors(self.run, beside.run) if beside else self.errors
-        return pandas.DataFrame(
-            columns_by_name(errors.over_time(expanded(names) or self.run.columns.names))
-        )
-
-    def event_errors(self, *names: Any, beside: Trajectory | None = None) -> pandas.DataFrame:
-        """Estimated errors of the recorded ``events``: columns name, t, error (s), and "digits".
-
-        ``names`` are columns of ``frame``, whose errors (SI) at the event's time stand before
-        "digits", those of the time or of the state's worst component, whichever are fewer.
-        """
-        import pandas
-
-        errors = Errors(self.run, beside.run) if beside else self.errors
-        columns = columns_by_name(errors.events(expanded(names)))
-        return pandas.DataFrame({**columns, "t": self.events["t"].array})
-
     @cached_property
     def events(self) -> pandas.DataFrame:
         """All recorded events in order of time: name, t (s), direction, and the state (SI).
@@ -278,62 +201,21 @@ class Trajectory:
         ``direction`` is +1 where the event's function rises through zero, -1 where it falls; the
         function of ``equator`` is cos theta, that of ``theta_min`` and ``theta_max`` its rate.
         """
-        return self._event_frame(self.run.columns.names, "exact")
+        return self.event_frame(self.run.columns.names)
 
-    def event_frame(self, *names: Any, numbers: Numbers = "exact") -> pandas.DataFrame:
+    def event_frame(self, *names: Any) -> pandas.DataFrame:
         """The recorded events in order of time: name, t (s), direction, and the columns ``names``.
 
         ``names`` are columns as in ``frame``, but no drifts, also "error:t". An event that ends a
-        segment has the values just before it. ``numbers`` is as in ``frame``.
-
-        Raises ``InputError``: the run looked for no events.
+        segment has the values just before it.
         """
-        frame = self._event_frame(expanded(names), numbers)
-        if not (len(frame) or self.setup.events):
-            raise InputError(
-                f"event_frame: got a run of {self.scene.name} that looked for no events, expected "
-                'some: tt.integrate(scene, events=["extremum:g_n"])'
-            )
-        return frame
-
-    def _event_frame(self, names: Sequence[Any], numbers: Numbers) -> pandas.DataFrame:
         import pandas
 
-        require_name("numbers", numbers, get_args(Numbers))
-        columns = columns_by_name(self.event_table(names))
-        if not len(columns["name"]):
-            return pandas.DataFrame([], columns=list(columns))
-        for name in columns.keys() - {"name", "direction"} if numbers != "exact" else ():
-            values, doubles = columns[name], floats(columns[name])
-            if numbers == "float":
-                columns[name] = doubles
-            elif self.precision.is_float or name.startswith(ERROR) or name == DIGITS:
-                columns[name] = shortest_texts(doubles)
-            else:
-                columns[name] = list(map(self.precision.text, values))
-        return pandas.DataFrame(columns)
+        return pandas.DataFrame(columns_by_name(self.event_table(expanded(names))))
 
     def event_table(self, names: Sequence[Any] | None = None) -> dict[Any, Array]:
         """The columns of ``event_frame``, by default those of the state."""
         return events_with_errors(self.run, self.run.columns.names if names is None else names)
-
-    @property
-    def event_counts(self) -> Counter[str]:
-        """Numbers of recorded events by name."""
-        return self.run.event_counts
-
-    @property
-    def touches(self) -> tuple[str, ...]:
-        """Requested events whose function has a double zero, stays zero, or is unresolved.
-
-        No event is recorded at such a time; more digits decide.
-        """
-        return self.run.touches
-
-    @property
-    def unresolved(self) -> tuple[str, ...]:
-        """Requested events whose function is lost in rounding for a while; more digits decide."""
-        return self.run.unresolved
 
     @cached_property
     def drift(self) -> dict[str, Any]:
@@ -402,10 +284,6 @@ class Trajectory:
         ]
         return as_html(f"Trajectory of {self.scene.name}", lines)
 
-    def dimension(self, name: str) -> Dimension:
-        """The dimension of a column; raises for names that ``frame`` does not know."""
-        return self.run.columns.dimension(name)
-
     @cached_property
     def inversion(self) -> InversionTimes:
         """Initiation and ending time of the climb by the three definitions.
@@ -440,11 +318,6 @@ def _short(value: Scalar, unit: str) -> str:
 
 
 def _runs(beside: Mapping[str, Trajectory] | None) -> dict[str, Solution]:
-    if not isinstance(beside or {}, Mapping):
-        raise InputError(
-            f"beside: got a {type(beside).__name__}, expected trajectories by their labels, "
-            'such as {"mu = 0.1": other}'
-        )
     return {label: other.run for label, other in (beside or {}).items()}
 
 

@@ -24,7 +24,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy
@@ -174,7 +173,24 @@ class Zeros:
         """
         with numpy.errstate(all="ignore"), self.setup.precision.mpfr.precision():
             for first in range(0, len(steps), MOST_STEPS_AT_ONCE):
-                _Block(self, steps.of(slice(first, first + MOST_STEPS_AT_ONCE))).search()
+                self._search(steps.of(slice(first, first + MOST_STEPS_AT_ONCE)))
+
+    def _search(self, steps: Steps) -> None:
+        """Find and record the events in one block of steps."""
+        self.steps, self.count = steps, len(steps)
+        self._exact_start = not (self._continued or steps.begin[0])
+        # the series of an onset, where the contact point was at rest
+        self._after_rest = self._continued and self.count == 1 and not steps.begin[0]
+        row = steps.sampled(nodes(NODES))
+        table = numpy.empty((NODES, len(self.events), self.count))
+        for i, value in enumerate(self.values(range(len(self.events)), row, numpy)):
+            table[:, i] = value
+        self._measure_errors(row)
+        self._require_defined(table)
+        points, intervals = self._separated(table)
+        brackets = self._brackets(points)
+        if len(brackets.which):
+            self._refine(brackets, intervals)
 
     def collect(self) -> FoundEvents:
         """Return the events so far."""
@@ -233,7 +249,7 @@ class Zeros:
 
         return self.start.once(("events at the start", self.setup), compute)
 
-    def settle(self, which: Array, value: Array, error: Array, extreme: Array) -> Array:
+    def _settle(self, which: Array, value: Array, error: Array, extreme: Array) -> Array:
         """Return the points behind the changes of sign, and note what is undecided."""
         signs = numpy.where(abs(value) > error, numpy.sign(value), 0).astype(int)
         counted = numpy.flatnonzero(signs)
@@ -264,14 +280,6 @@ class Zeros:
                 high[k] -= 1
         return high
 
-    def record(self, which: Array, time: Array, direction: Array, state: Sequence[Array]) -> None:
-        """Record the events of one block.
-
-        Raises ``InputError``: there are too many.
-        """
-        self._hits.append(Hits(self._names[which], time, direction.astype(int), tuple(state)))
-        require_few(sum(map(len, self._hits)))
-
     def broken(self, which: Sequence[int], time: float) -> InputError:
         """Return the refusal of functions that jump or are undefined at a dimensionless time."""
         names = ", ".join(self._names[sorted(which)])
@@ -282,37 +290,7 @@ class Zeros:
             "extremum:gliding_speed"
         )
 
-
-class _Block:
-    """The search in one block of steps."""
-
-    def __init__(self, zeros: Zeros, steps: Steps):
-        self.zeros, self.steps, self.count = zeros, steps, len(steps)
-
-    def search(self) -> None:
-        """Find and record the events."""
-        zeros = self.zeros
-        row = self.steps.sampled(nodes(NODES))
-        table = numpy.empty((NODES, len(zeros.events), self.count))
-        for i, value in enumerate(zeros.values(range(len(zeros.events)), row, numpy)):
-            table[:, i] = value
-        self._measure_errors(row)
-        self._require_defined(table)
-        points, intervals = self._separated(table)
-        which, _, _ = self._located(points.position)
-        brackets = self._brackets(which, points)
-        if len(brackets.which):
-            self._refine(brackets, intervals)
-
-    @property
-    def _exact_start(self) -> bool:
-        """True if the first step begins at the exact start."""
-        return not (self.zeros._continued or self.steps.begin[0])
-
-    @property
-    def _after_rest(self) -> bool:
-        """True if the steps are the series of an onset, where the contact point was at rest."""
-        return self.zeros._continued and self.count == 1 and not self.steps.begin[0]
+    # ---- positions ------------------------------------------------------------------------------
 
     def _located(self, position: Array) -> tuple[Array, Array, Array]:
         """Return function, step and position in the step of positions of all functions."""
@@ -326,14 +304,14 @@ class _Block:
     def _values(self, which: Array, step: Array, inside: Array) -> Array:
         """Evaluate functions in double, at a position or a row of positions in each step."""
         row = self.steps.inside(step, inside)
-        return self.zeros.of_each(which.reshape(-1, *(1,) * (inside.ndim - 1)), row, DOUBLES)
+        return self.of_each(which.reshape(-1, *(1,) * (inside.ndim - 1)), row, DOUBLES)
 
     def _exact_values(self, which: Array, step: Array, inside: Array) -> Array:
         """Evaluate functions in the arithmetic of the run; return doubles."""
-        numbers, count = self.zeros._numbers, inside.size // max(len(inside), 1)
+        numbers, count = self._numbers, inside.size // max(len(inside), 1)
         which, step = numpy.repeat(which, count), numpy.repeat(step, count)
         times = self.steps.times(step, numbers.array(inside.ravel().tolist()))
-        value = self.zeros.of_each(which, self.steps.evaluate(step, times, numbers), numbers)
+        value = self.of_each(which, self.steps.evaluate(step, times, numbers), numbers)
         return value.astype(float).reshape(inside.shape)
 
     def _at_nodes(
@@ -349,84 +327,84 @@ class _Block:
         return evaluate(which, step, inside[:, None] + width[:, None] * nodes(NODES)).T
 
     def _measure_errors(self, row: Array) -> None:
-        """Compute the errors of the functions on each step: ``doubt`` of doubles; see ``error``.
+        """Compute the errors of the components on each step, and ``doubt``, of functions in double.
 
         The size of a component on a step is its largest value or change. Where a component is
         small, the errors of the others are more.
         """
-        zeros, rounding, terms = self.zeros, self.zeros._rounding, self.steps.terms
+        rounding, terms = self._rounding, self.steps.terms
         size = numpy.maximum(abs(row).max(axis=1), abs(terms[:, :, 1]).T)
         left = OMITTED * (abs(terms[:, :, -1]) + OMITTED * abs(terms[:, :, -2])).T
         added = numpy.where(size > 0, left / size, 0) + rounding
-        lost = numpy.cumsum(added, axis=1) + numpy.reshape(zeros._lost, (-1, 1))
-        zeros._lost = lost[:, -1]
+        lost = numpy.cumsum(added, axis=1) + numpy.reshape(self._lost, (-1, 1))
+        self._lost = lost[:, -1]
         roundings = 2 * terms.shape[2] * size  # of a value of a series
         errors = size * lost + roundings * rounding
-        layout, form = zeros.setup.layout, zeros.setup.formulation
-        body = form.body([float(x) for x in zeros.start.parameters(form)])
+        layout, form = self.setup.layout, self.setup.formulation
+        body = form.body([float(x) for x in self.start.parameters(form)])
         sized = list(map(Sized, row[:, 0], errors / rounding))
         for i, rate in enumerate(layout.rates(body, sized, SizedFunctions())):
             coupled = getattr(rate, "size", 0.0) * rounding * self.steps.length
             errors[i] = numpy.fmax(errors[i], coupled)  # undefined where gliding begins
-        self._roundings = roundings * ROUNDING
+        self._errors = {rounding: errors}
+        self._errors[ROUNDING] = numpy.fmax(errors, roundings * ROUNDING)
         self._ends = numpy.append(row[:, 0], row[:, -1, -1:], axis=1)
-        self._errors = errors
-        self.doubt = self._propagated(numpy.fmax(errors, self._roundings), ROUNDING)
+        self._of_steps = dict[float, Array]()
+        self.doubt = self._error(ROUNDING)
 
-    @cached_property
-    def error(self) -> Array:
-        """The errors of the functions in the arithmetic of the run."""
-        zeros = self.zeros
-        return self._propagated(self._errors, zeros._rounding) if zeros._wide else self.doubt
-
-    def _propagated(self, errors: Array, rounding: float) -> Array:
+    def _error(self, rounding: float) -> Array:
         """Return the larger error of the functions at both ends of each step."""
-        zeros = self.zeros
-        at_ends = numpy.append(errors, errors[:, -1:], axis=1) / rounding
-        at_ends[:, 1:-1] = numpy.fmax(at_ends[:, 1:-1], at_ends[:, :-2])
-        rows = list(map(Rounded, self._ends, at_ends))
-        table = numpy.zeros((len(zeros.events), self.count + 1))
-        for i, value in enumerate(zeros.values(range(len(table)), rows, SizedFunctions())):
-            table[i] = getattr(value, "size", 0.0) * rounding
-        return numpy.fmax(table[:, :-1], table[:, 1:])
+        if rounding not in self._of_steps:
+            errors = self._errors[rounding]
+            at_ends = numpy.append(errors, errors[:, -1:], axis=1)
+            at_ends[:, 1:-1] = numpy.fmax(at_ends[:, 1:-1], at_ends[:, :-2])
+            table = numpy.zeros((len(self.events), self.count + 1))
+            for i, size in enumerate(self._sizes(range(len(table)), self._ends, at_ends, rounding)):
+                table[i] = size
+            self._of_steps[rounding] = numpy.fmax(table[:, :-1], table[:, 1:])
+        return self._of_steps[rounding]
 
-    def _errors_inside(self, position: Array, *, wide: bool = False) -> Array:
-        """Return errors in double, or ``wide`` in the run, at positions inside of steps.
+    def _errors_inside(self, position: Array, rounding: float = ROUNDING) -> Array:
+        """Return errors, by default in double, at positions inside of steps.
 
         They exceed those at both ends where the axis passes a pole.
         """
-        zeros, (which, step, inside) = self.zeros, self._located(position)
-        rounding, errors = zeros._rounding if wide else ROUNDING, self._errors[:, step]
-        if not wide:
-            errors = numpy.fmax(errors, self._roundings[:, step])
-        rows = list(map(Rounded, self.steps.inside(step, inside), errors / rounding))
+        which, step, inside = self._located(position)
         functions, sizes = numpy.unique(which).tolist(), 0 * position
-        for i, value in zip(
-            functions, zeros.values(functions, rows, SizedFunctions()), strict=True
-        ):
-            size = numpy.asarray(getattr(value, "size", 0.0) * rounding + 0 * position, dtype=float)
+        row, errors = self.steps.inside(step, inside), self._errors[rounding][:, step]
+        of_functions = self._sizes(functions, row, errors, rounding)
+        for i, size in zip(functions, of_functions, strict=True):
+            size = numpy.asarray(size + 0 * position, dtype=float)
             numpy.copyto(sizes, size, where=(which == i) & numpy.isfinite(size))
         return sizes
 
+    def _sizes(
+        self, which: Sequence[int], row: Sequence[Array], errors: Array, rounding: float
+    ) -> Iterator[Array]:
+        """Give the errors of functions that follow from the errors of the components."""
+        rows = list(map(Rounded, row, errors / rounding))
+        for value in self.values(which, rows, SizedFunctions()):
+            yield getattr(value, "size", 0.0) * rounding
+
     def _require_defined(self, table: Array) -> None:
         """Refuse functions that are undefined; where a segment begins or ends they may be."""
-        undefined, zeros = ~numpy.isfinite(table), self.zeros
-        if zeros._continued and not self.steps.begin[0]:
+        undefined = ~numpy.isfinite(table)
+        if self._continued and not self.steps.begin[0]:
             undefined[0, :, 0] = False
         undefined[-1, :, -1] = False
         which = numpy.flatnonzero(undefined.any(axis=(0, 2)))
         for i in which.tolist():
             node, step = numpy.argwhere(undefined[:, i])[0]
             at = numpy.array([i]), numpy.array([step]), nodes(NODES)[[node]]
-            if not (zeros._wide and numpy.isfinite(self._exact_values(*at)).all()):
-                raise zeros.broken(which.tolist(), float(self.steps.begin[step]))
+            if not (self._wide and numpy.isfinite(self._exact_values(*at)).all()):
+                raise self.broken(which.tolist(), float(self.steps.begin[step]))
 
     # ---- points between which signs are compared ------------------------------------------------
 
     def _separated(self, table: Array) -> tuple[Points, Intervals]:
         """Return points that separate the zeros of all functions, and polynomials between them."""
         shape, ends = table.shape[1:], numpy.concatenate([table[0], table[-1, :, -1:]], axis=1)
-        bent, largest = numpy.repeat(self.zeros._bent, self.count), abs(table).max(axis=0).ravel()
+        bent, largest = numpy.repeat(self._bent, self.count), abs(table).max(axis=0).ravel()
         polynomials = through(table.reshape(NODES, -1), bent)
         most = polynomials.tail + self.doubt.ravel()
         changes, certain = sign_changes(polynomials.bernstein, most)
@@ -444,7 +422,7 @@ class _Block:
         intervals = [Intervals(lone, 0 * lone + 1, polynomials.monomials[:, single])]
         begin, values, width = begin[unclear], table[:, unclear], numpy.ones(unclear.sum())
         error, total = self.doubt[unclear], 0
-        if self.zeros._wide and self._exact_start:
+        if self._wide and self._exact_start:
             begin, width, error, values = self._towards_start(begin, error)
         for halving in range(BISECTIONS + 1):
             if not len(begin):
@@ -463,7 +441,7 @@ class _Block:
         last bound the fourth power of the position is a rounding.
         """
         _, step, inside = self._located(begin)
-        last = min(BISECTIONS, self.zeros.setup.precision.bits // 4 - 2)
+        last = min(BISECTIONS, self.setup.precision.bits // 4 - 2)
         bounds = numpy.append(0.0, 2.0 ** -numpy.arange(float(last), -1.0, -1.0))
         count = numpy.where((step == 0) & (inside == 0), last + 1, 1)
         number = numpy.concatenate([numpy.arange(n) for n in count]) if len(count) else count
@@ -483,11 +461,11 @@ class _Block:
         which, step, inside = self._located(begin)
         doubt, largest = error.copy(), numpy.fmax.reduce(abs(values), initial=0)
         small = numpy.flatnonzero(~(largest > error / SHAPE))
-        if self.zeros._wide and len(small):
+        if self._wide and len(small):
             values[:, small] = self._at_nodes(self._exact_values, begin[small], width[small])
-            error[small] = self.error[which[small], step[small]]
+            error[small] = self._error(self._rounding)[which[small], step[small]]
             largest = numpy.fmax.reduce(abs(values), initial=0)
-        polynomials = through(values, self.zeros._bent[which])
+        polynomials = through(values, self._bent[which])
         # where noise exceeds the function there is nothing to divide
         shaped = (polynomials.tail <= numpy.fmax(SHAPE * largest, error)) | last
         shaped |= ~numpy.isfinite(values).any(axis=0)
@@ -502,7 +480,7 @@ class _Block:
             of = numpy.flatnonzero(shaped)[open_[of]]
             position = begin[of] + at * width[of]
             reach = width[of]
-            if self.zeros._wide and self._exact_start:  # below the resolution, see _towards_start
+            if self._wide and self._exact_start:  # below the resolution, see _towards_start
                 reach = numpy.where(begin[of] % (self.count + 1), reach, 0.0)
             value = self._values(*self._located(position))
             points.append(Points(position, value, doubt[of], reach))
@@ -515,45 +493,45 @@ class _Block:
         values = self._at_nodes(self._values, begin, width)
         return begin, values, width, numpy.tile(error, 2)
 
-    def _brackets(self, which: Array, points: Points) -> SignChanges:
+    def _brackets(self, points: Points) -> SignChanges:
         """Return the brackets of zeros between points, with decided signs."""
-        zeros, (position, value, error, reach) = self.zeros, points
-        _, step, inside = self._located(position)
+        position, value, error, reach = points
+        which, step, inside = self._located(position)
         unsure = numpy.flatnonzero(~(abs(value) > error))
-        if zeros._wide and len(unsure):
-            still = unsure[reach[unsure] == 0]
+        if self._wide and len(unsure):
+            still, turning = unsure[reach[unsure] == 0], unsure[reach[unsure] > 0]
             if len(still):
                 value[still] = self._exact_values(which[still], step[still], inside[still])
-            turning = unsure[reach[unsure] > 0]
             if len(turning):
                 self._turn(points, which, turning)
-            within = self._errors_inside(position[unsure], wide=True)
-            error[unsure] = numpy.fmax(self.error[which[unsure], step[unsure]], within)
+            within = self._errors_inside(position[unsure], self._rounding)
+            at_ends = self._error(self._rounding)[which[unsure], step[unsure]]
+            error[unsure] = numpy.fmax(at_ends, within)
             position, value, error, reach = _in_order([points])
             which, _, _ = self._located(position)
         if self._exact_start:
             first = numpy.flatnonzero(position % (self.count + 1) == 0)
             first = first[~(abs(value[first]) > error[first])]
             if len(first):
-                value[first], error[first] = zeros.exact_start[which[first]], error[first] * GUARD
+                value[first], error[first] = self.exact_start[which[first]], error[first] * GUARD
         error = numpy.where(numpy.isfinite(error), error, 0)
-        high = zeros.settle(which, value, error, reach > 0)
+        high = self._settle(which, value, error, reach > 0)
         low = numpy.maximum(high - 1, 0)
         low = numpy.where(which[low] == which[high], low, high)
         return SignChanges(which[high], position[low], position[high], value[low], value[high])
 
     def _turn(self, points: Points, which: Array, turning: Array) -> None:
         """Move extrema to the vertices of parabolas, in the arithmetic of the run."""
-        numbers, mine = self.zeros._numbers, which[turning]
+        numbers, mine = self._numbers, which[turning]
         _, step, inside = self._located(points.position[turning])
         position, reach = numbers.array(inside.tolist()), points.reach[turning]
 
         def function(at: Array) -> Array:
             row = self.steps.evaluate(step, self.steps.times(step, at), numbers)
-            return self.zeros.of_each(mine, row, numbers)
+            return self.of_each(mine, row, numbers)
 
         far = FLATTEST
-        while far**2 >= self.zeros._rounding:
+        while far**2 >= self._rounding:
             aside = far * reach
             left, middle, right = (function(position + d) for d in (-aside, 0 * aside, aside))
             move = aside * (left - right) / 2 / (left - 2 * middle + right)
@@ -570,8 +548,7 @@ class _Block:
 
         Raises ``InputError``: a function jumps there, or there are too many zeros.
         """
-        zeros, steps, numbers = self.zeros, self.steps, self.zeros._numbers
-        direction: Array = numpy.sign(b.behind)
+        steps, numbers, direction = self.steps, self._numbers, numpy.sign(b.behind)
         _, step, low = self._located(b.low)
         high: Array = low + (b.high - b.low)
         position, slope = _from_polynomials(b, intervals, direction, b.low - low)
@@ -579,35 +556,34 @@ class _Block:
 
         def in_double(position: Array) -> tuple[Array, Sequence[Array]]:
             row = series.inside(slice(None), position)
-            return zeros.of_each(b.which, row, DOUBLES), row
+            return self.of_each(b.which, row, DOUBLES), row
+
+        def exactly(position: Array) -> tuple[Array, Sequence[Array]]:
+            row = steps.evaluate(step, steps.times(step, position), numbers)
+            return self.of_each(b.which, row, numbers), row
 
         position, value, row, slope = secants(
             in_double, position, slope, low, high, direction, ROUNDING
         )
         beside = numpy.abs(numpy.where(value * direction < 0, b.before, b.behind))
         jumps = abs(value) > numpy.maximum(JUMP * beside, self.doubt[b.which, step])
-        jumps &= b.high > b.low
+        broken = numpy.flatnonzero(jumps & (b.high > b.low) & self._bent[b.which])
         times: Array = steps.times(step, position.astype(numpy.longdouble))
-        if zeros._wide:
-
-            def exactly(position: Array) -> tuple[Array, Sequence[Array]]:
-                row = steps.evaluate(step, steps.times(step, position), numbers)
-                return zeros.of_each(b.which, row, numbers), row
-
+        if self._wide:
             position, low, high = (numbers.array(x.tolist()) for x in (position, low, high))
             position, _, row, _ = secants(
-                exactly, position, slope, low, high, direction, zeros._rounding
+                exactly, position, slope, low, high, direction, self._rounding
             )
             times = steps.times(step, position)
-        broken = numpy.flatnonzero(jumps & zeros._bent[b.which])
-        noise = self._errors_inside(b.high[broken], wide=zeros._wide)
+        noise = self._errors_inside(b.high[broken], self._rounding)
         noise = numpy.where((step[broken] == 0) & (steps.begin[0] == 0), noise, 0)
         for k in broken[~(abs(b.behind[broken]) <= noise)].tolist():
-            raise zeros.broken([b.which[k]], float(times[k]))
-        zeros._unresolved |= set(b.which[broken].tolist())  # lost in noise beside the start
+            raise self.broken([b.which[k]], float(times[k]))
+        self._unresolved |= set(b.which[broken].tolist())  # lost in noise beside the start
         kept = numpy.setdiff1d(numpy.arange(len(times)), broken)
-        state = [x[kept] for x in row]
-        zeros.record(b.which[kept], times[kept], direction[kept], state)
+        directions, state = direction[kept].astype(int), tuple(x[kept] for x in row)
+        self._hits.append(Hits(self._names[b.which[kept]], times[kept], directions, state))
+        require_few(sum(map(len, self._hits)))
 
 
 def _in_order(columns: Sequence[Any]) -> Any:

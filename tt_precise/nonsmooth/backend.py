@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from tt_precise.integration import multidouble_backend
 from tt_precise.integration.equations import RIGID_CONTACT, Phase
 from tt_precise.integration.segment import Segment
-from tt_precise.integration.setup import Setup, refused_in_doubles
+from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.nonsmooth.lifting import bouncing, flying, flying_on
 from tt_precise.nonsmooth.phases import (
@@ -24,12 +25,7 @@ from tt_precise.scene.scene import Scene
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
     """Refuse functions that sums of doubles lack."""
-    why = refused_in_doubles(scene) if setup.precision.doubles else ""
-    return (
-        f"{scene.name}: got {setup.precision.name}, expected double, quad or mp for {why}"
-        if why
-        else None
-    )
+    return multidouble_backend.refuses(scene, setup) if setup.precision.doubles else None
 
 
 def first(scene: Scene, form: Formulation) -> tuple[Formulation, Phase]:

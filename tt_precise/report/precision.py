@@ -51,6 +51,6 @@ def state_distance(run: Trajectory, reference: Trajectory) -> Scalar:
     context, units = reference.precision.context, reference.start.units
     return max(
         abs(context.mpf(run.state.values[name]) - reference.state.values[name])
-        / units.of_dimension(reference.dimension(name))
+        / units.of_dimension(reference.run.columns.dimension(name))
         for name in VECTOR_COLUMNS
     )
