@@ -47,7 +47,10 @@ exclude_patterns = ["README.md", "_ext"]
 nitpicky = True
 # objects of other projects, whose inventories are not on this machine
 nitpick_ignore_regex = [
-    (r"py:.*", r"(numpy|pandas|matplotlib|mpmath|flint|click|collections|fractions|pathlib)\..*"),
+    (
+        r"py:.*",
+        r"(click|collections|contextlib|flint|fractions|matplotlib|mpmath|numpy|pandas|pathlib)\..*",
+    ),
     (
         r"py:.*",
         r"(Any|Array|Scalar|Callable|Fraction|Iterable|Mapping|Path|Sequence|optional|array_like)",
