@@ -43,14 +43,6 @@ def test_derivatives_are_difference_quotients(name: str, value: str) -> None:
         assert row[f"error:d/d {name}"] < 1e-8 * abs(quotient) + 1e-12
 
 
-def test_the_derivative_at_the_start_is_that_of_the_start() -> None:
-    run = integrate("reference", until="0.02", sensitivity="theta, omega_3")
-    first = run.sensitivity.frame("theta", "omega_3", "kx").iloc[0]
-    names = ("theta/d theta", "omega_3/d omega_3", "theta/d omega_3", "kx/d theta")
-    expected = [1, 1, 0, numpy.cos(0.1)]
-    assert [first[f"d {name}"] for name in names] == pytest.approx(expected, rel=1e-15, abs=0)
-
-
 @pytest.mark.parametrize(
     ("name", "entry", "inside"),
     [("frictionless", "mu", "1e-12"), ("upright", "theta", "1e-12"), ("inverted", "theta", None)],
@@ -164,10 +156,3 @@ def test_ends_of_a_range(slope: float, error: float, sides: Any, expected: Any) 
     keys = ("sigma", "low", "high", "note")
     assert [row[key] for key in keys[:3]] == pytest.approx(expected[:3], nan_ok=True)
     assert row["note"] == expected[3]
-
-
-def test_an_entry_without_an_effect_has_no_range() -> None:
-    """Viscous friction is proportional to m: the rounding of runs is no effect."""
-    table = integrate("kicked", until=4, sensitivity="m").sensitivity.spread({"m": "0.001"})
-    assert (table["sigma"] < 1e-15 * table["value"].abs()).all()
-    assert set(table["note"]) == {"m varied at fixed I1 (m R^2), I3 (m R^2)"}

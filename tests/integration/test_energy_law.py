@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from types import SimpleNamespace
 from typing import Any
 
 import numpy
@@ -136,14 +135,3 @@ def test_bars_of_every_golden_scene(name: str) -> None:
 def test_another_law_does_not_explain_the_loss(name: str, entries: dict[str, str]) -> None:
     run = tt.integrate(name, events=(), record=())
     assert imbalance(run, run.scene.varied(**entries)) > ENERGY
-
-
-@pytest.mark.parametrize(
-    ("name", "lost"),
-    [("elastic-linear", 4), pytest.param("coulomb-stick-slip", 2, marks=pytest.mark.slow)],
-)
-def test_a_piece_that_is_lost_is_missed(name: str, lost: int) -> None:
-    run = tt.integrate(name, events=(), record=())
-    others = (*run.pieces[:lost], *run.pieces[lost + 1 :])
-    part: Any = SimpleNamespace(frame=run.frame, pieces=others, t_end=run.t_end)
-    assert imbalance(part, run.scene) > ENERGY

@@ -123,15 +123,6 @@ def test_an_error_at_an_event_is_the_error(
     assert (numpy.abs(found[f"error:{name}"] - error) < 0.1 * error.max()).all()
 
 
-def test_errors_of_events_in_mpmath_too(short: Scene) -> None:
-    scene, names = short.varied(until="0.05"), ("theta_min",)
-    run, finer = (integrate(scene, "quad", events=names, tolerance=x) for x in (1e-20, 0.0))
-    found = against(run, finer).events()
-    true = abs(run.events["t"].iloc[0] - finer.events["t"].iloc[0])
-    assert found["error"][0] == pytest.approx(float(true), rel=1e-3)
-    assert 15 < found["digits"].min() < 25
-
-
 @pytest.mark.evidence
 def test_values_where_the_top_sticks_and_slips_have_errors() -> None:
     run, names = integrate("coulomb-stick-slip"), ("g_n", "gliding_speed")
@@ -168,19 +159,6 @@ def test_every_event_of_several_segments_has_its_error(name: str) -> None:
     # the finer run errs about thirty times less
     assert (numpy.abs(found["error"] - error) < 0.1 * error.max()).all()
     assert (found["digits"] > 4).all()
-
-
-def test_another_top_has_its_segments_at_other_times() -> None:
-    run = integrate("coulomb-stick-slip")
-    other = integrate(run.scene.varied(mu="0.0500001"), events=run.setup.events)
-    found = against(run, other).events()
-    apart = (run.events["t"] - other.events["t"]).abs().to_numpy()
-    assert apart.max() > 1e-9
-    assert found["error"] == pytest.approx(apart, rel=1e-2, abs=1e-13)
-    late = against(run, integrate(run.scene.varied(mu="0.5"))).events(("theta",))
-    stuck = late["t"] > late["t"][late["name"] == "slip"].min() * (1 - 1e-12)
-    assert numpy.isinf(late["error"][stuck]).all()
-    assert numpy.isinf(late["theta"][stuck]).all()
 
 
 def test_digits_hold_in_the_events_too(reference: Scene) -> None:

@@ -110,11 +110,6 @@ def test_a_force_that_ends_does_not_change_its_sign(scene: str, until: str, extr
     assert counts["zero:E_dot"] == counts["extremum:E"] == extrema
 
 
-def test_a_square_has_no_zeros() -> None:
-    """L vanishes, but not its errors, when a top in a plane turns round."""
-    assert integrate("rocking", until="0.3", events="zero:E_rot").events.empty
-
-
 def test_directions_in_the_euler_form(half: Scene) -> None:
     """The axis turns away from its first azimuth, and with it what is horizontal."""
 
@@ -147,20 +142,6 @@ def test_a_fall_through_the_pole_is_a_minimum_of_theta(toppling: Scene) -> None:
     # a few eps of 0.09 s in double
     assert max(abs(vectors.events["t"] - float(angles.t_end))) < 4 * 2.0**-53
     assert max(vectors.events["theta"]) < 1e-14
-
-
-def test_events_that_were_not_asked_for_are_not_there(half: Scene) -> None:
-    asking = half.varied(events=ALL)
-    assert integrate(half).events.empty
-    assert not integrate(asking).events.empty
-    assert integrate(asking, events=()).events.empty
-    assert integrate(half, events=["Lk_equals_minus_Lz"]).event_frame("theta").empty
-
-
-def test_rolling_scenes_have_no_gliding_events() -> None:
-    assert set(ALL) - set(catalogue("rolling")) == {"nu_x_zero", "nu_y_zero", "nu_crossing"}
-    with pytest.raises(InputError, match="no gliding event"):
-        integrate("rolling", events=("nu_x_zero",))
 
 
 @pytest.mark.parametrize("name", ["perigee", "g_n", "extremum:nothing", "", EXTREMUM, ZERO])

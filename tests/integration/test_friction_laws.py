@@ -7,7 +7,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tests.conftest import RATIOS, more
+from tests.conftest import RATIOS
 from tt_precise.scene.scene import Scene, load_scene
 
 TABLES: dict[str, Any] = {
@@ -45,39 +45,6 @@ def test_two_formulations_agree_and_the_laws_of_conservation_hold(scene: Scene) 
     found = tt.check.conservation(frame, scene)
     assert found.passed
     assert {one.name for one in found.checks if one.verdict == "pass"} >= {"jellett", "energy"}
-
-
-@pytest.mark.usefixtures("no_cause")
-@pytest.mark.parametrize(
-    ("scene", "wrong"),
-    [
-        (dry("coulomb"), dry("coulomb", "0.0501")),
-        (dry("coulomb"), dry("regularised", epsilon="0.1")),
-        (STRIBECK_1_S, STRIBECK_1_S.varied(mu_s="0.3501")),
-    ],
-)
-def test_another_law_is_caught(scene: Scene, wrong: Scene) -> None:
-    frame = tt.integrate(scene, events=(), record=()).frame()
-    assert tt.check.conservation(frame, scene).passed
-    failures = tt.check.conservation(frame, wrong).failures
-    assert "energy_balance" in {one.name for one in failures}
-
-
-def test_laws_that_are_one_law_have_one_motion() -> None:
-    flat = dry("stribeck", mu_s="0.05", v_s="0.3", epsilon="0.01")
-    assert final(flat) == pytest.approx(final(dry("regularised", epsilon="0.01")), rel=1e-11)
-    plain = tt.integrate(Scene.of(name="plain", body=RATIOS, **TABLES))
-    assert plain.frame().equals(tt.integrate(dry("viscous", "0.3")).frame())
-
-
-@pytest.mark.parametrize(
-    ("precision", "digits"), [("double-double", 28), more("triple-double", 43)]
-)
-def test_several_doubles_have_an_exponential(precision: str, digits: int) -> None:
-    truth, found = tt.integrate(STRIBECK, "mp").state, tt.integrate(STRIBECK, precision).state
-    for name, value in found.values.items():
-        assert abs(value - getattr(truth, name)) <= 10.0**-digits * max(abs(value), 1)
-    assert tt.integrate(STRIBECK, digits=25).digits_throughout >= 25
 
 
 @pytest.mark.parametrize(

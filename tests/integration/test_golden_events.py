@@ -108,11 +108,3 @@ def test_noise_of_a_component_that_cancels_is_no_event() -> None:
         run = integrate(scene, precision, events=("theta_min", "theta_max"))
         assert run.event_counts["theta_min"] == run.event_counts["theta_max"] == 0
         assert set(run.touches) == {"theta_min", "theta_max"}
-
-
-@pytest.mark.parametrize(("until", "count"), [("0.1", 10), more("0.3", 15)])
-def test_a_double_zero_at_a_separation_is_no_jump(until: str, count: int) -> None:
-    """The rate of g_n vanishes with its square where a contact of Hunt and Crossley ends."""
-    scene = load_scene("elastic-hunt-crossley").varied(until=until)
-    run = integrate(scene, "quad", events=("extremum:g_n",))
-    assert run.event_counts["extremum:g_n"] == count

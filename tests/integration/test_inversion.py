@@ -109,16 +109,6 @@ def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c(
     assert (times.B.t_init, times.C) == (0, NONE)
 
 
-def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
-    """With g_n < 0 on the way; unilateral the top would leave the table first."""
-    scene = reference.varied(phi_dot="-30", until="12")
-    setup: Any = {"contact": "bilateral", "tolerance": 1e-13}
-    at_once = integrate(scene, events=inversion.NEEDED, **setup)
-    climb = at_once.inversion.A
-    assert [climb.t_init, climb.t_end] == pytest.approx([1.486, 5.834], abs=1e-3)
-    assert integrate(scene, **setup).inversion == at_once.inversion
-
-
 @pytest.mark.parametrize("chosen", [{}, {"digits": 20}])
 def test_a_passage_of_the_pole_has_no_direction(chosen: dict[str, Any]) -> None:
     """A top that rocks in a plane has no phi_dot where theta is 0, and does not climb."""
@@ -140,12 +130,3 @@ def test_the_times_of_the_climb_have_their_errors(
         allowed = 1.5 * errors[name] + (1e-15 if run.precision.is_float else 0)
         assert abs(time - exact) <= allowed, name
         assert errors[name] < largest, name
-
-
-def test_a_missing_time_has_no_error(reference: Scene, double: Trajectory) -> None:
-    assert integrate("upright").inversion_errors == {}
-    assert set(integrate("regularised-1e-2").inversion_errors) == {
-        "equator", "t_init_A", "t_init_B", "t_init_C",
-    }  # fmt: skip
-    before = integrate(reference, until=5, events=double.setup.events).inversion
-    assert (before.equator, before.A) == (None, NONE)

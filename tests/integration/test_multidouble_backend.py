@@ -65,33 +65,6 @@ def test_rows_of_a_scene_and_its_end_to_every_printed_digit(
     assert worst(moved, rows, every=12) < PRINTED - 0.5
 
 
-def test_events_are_golden(lost: Trajectory) -> None:
-    rows = golden.load("contact-lost", "text").events.to_dict("records")[:-1]  # then contact ends
-    found = lost.events.to_dict("records")
-    for row, event in zip(rows, found, strict=True):
-        assert (row["name"], int(row["direction"])) == (event["name"], event["direction"])
-        assert abs(FN.mpf(row["t"]) / event["t"] - 1) < FN.mpf(10) ** -PRINTED
-        assert digits(row, event) > PRINTED
-
-
-def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
-    """With events the first step is a tiny one, whose unit of time would be far too short."""
-    with_events, without = (
-        integrate("below-threshold", "triple-double", events=events)
-        for events in (["theta_min", "phi_dot_zero"], ())
-    )
-    assert with_events.events.t.is_monotonic_increasing
-    # the bound on products may cut steps, but not to a multiple of their number
-    assert with_events.steps < 1.5 * without.steps
-    assert abs(with_events.state.kz - without.state.kz) < 1e-40
-
-
-def test_events_beyond_lost_contact_are_found_and_it_is_said(lost: Trajectory) -> None:
-    run = integrate("contact-lost", "double-double", events="theta_min", contact="bilateral")
-    assert run.status == "contact_ignored"
-    assert run.event_counts["theta_min"] >= lost.event_counts["theta_min"] > 0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("coordinates", ["newton", "euler"])
 @pytest.mark.parametrize("name", WHOLE)

@@ -1,7 +1,6 @@
 """One's own functions of the motion, as columns and as events."""
 
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
 import numpy
@@ -103,14 +102,6 @@ def test_two_of_one_name_are_refused() -> None:
     assert list(run.frame("E", "theta", "E", half_up, half_up)) == ["t", "E", "theta", "half_up"]
 
 
-@pytest.mark.parametrize("asked", [3, [None], partial(half_up), 1.5])
-def test_what_is_neither_a_name_nor_a_function(asked: Any) -> None:
-    with pytest.raises(InputError, match="events: got"):
-        tt.integrate("reference", events=asked)
-    with pytest.raises(InputError, match="column: got"):
-        tt.integrate("reference", until="0.1").frame(asked)
-
-
 OWN: dict[str, tuple[Any, int]] = {
     "abs": (lambda q: abs(q.state.kx - 0.3) - 0.1, 126),
     "bend": (lambda q: q.fn.sqrt((q.state.kx - 0.3) ** 2) - 0.001, 124),
@@ -139,15 +130,6 @@ def test_an_own_event_is_found_in_every_arithmetic(name: str, chosen: dict[str, 
     assert run.event_counts == {name: count}
 
 
-def test_constants_are_no_events() -> None:
-    names: Any = {"one": lambda q: 1, "none": lambda q: 0 * q.body.mu}
-    for name, function in names.items():
-        function.__name__ = name
-    run = tt.integrate("reference", until="0.1", events=["all", *names.values()])
-    assert run.touches == ("none",)
-    assert {"theta_max", "phi_dot_zero"} < {*run.event_counts}
-
-
 REFUSED: dict[str, tuple[Any, str]] = {
     "complex": (lambda q: q.state.kx * 1j, "got .* expected a real number"),
     "text": (lambda q: "x", "got 'x' from the function"),
@@ -174,15 +156,6 @@ def test_an_own_event_is_refused_in_one_line(name: str, chosen: dict[str, Any]) 
         run = tt.integrate("reference", until="0.1", **chosen)
         with pytest.raises(InputError, match=message):
             run.frame(function)
-
-
-def test_numpys_functions_are_refused_where_numbers_are_wide(half: Scene) -> None:
-    def sine(q: Motion) -> Scalar:
-        return numpy.sin(q.state.kx)
-
-    assert len(tt.integrate(half).frame(sine)) > 1
-    with pytest.raises(InputError, match=r"sine: got TypeError .* functions of motion\.fn"):
-        tt.integrate(half, digits=20).frame(sine)
 
 
 @pytest.mark.parametrize("chosen", [{}, {"digits": 20}, {"precision": "quad"}])

@@ -79,28 +79,6 @@ def test_columns_are_those_of_mpmath(run: Trajectory) -> None:
             numpy.testing.assert_equal(floats[name][row], number)
 
 
-def test_times_need_no_order_and_the_ends_are_the_runs_own(run: Trajectory) -> None:
-    times = [*run.sample_times[3::-1], run.sample_times[-1]]
-    frame = run.frame("theta", times=times, numbers="exact")
-    for row, t in enumerate(times):
-        assert _same(run, frame["theta"][row], _by_row(run, "theta", t))
-    for alone in (run.at(times[-1]), run.state):
-        assert _same(run, alone.theta, frame["theta"].iloc[-1])
-
-
-def test_events_have_mpmaths_states(run: Trajectory) -> None:
-    names = ("theta", "phi_dot", "g_n")
-    table = run.event_table(names)
-    hits = run.run.segments[0].run.found.hits
-    assert len(hits) or run.scene.in_pieces or run.scene.name in ("upright", "contact-lost")
-    back = run.precision.mpfr.back
-    for row in () if run.scene.in_pieces else range(len(hits)):
-        q = run.run.columns.motion(tuple(back(x[row]) for x in hits.state))
-        for name in names:
-            unit = run.start.units.of_dimension(QUANTITIES[name].dimension)
-            assert _same(run, table[name][row], QUANTITIES[name].evaluate(q) * unit)
-
-
 @pytest.mark.parametrize("kind", ["double", "quad"])
 @pytest.mark.parametrize("scene", ["reference", "coulomb-stick-slip"])
 def test_an_array_of_doubles_is_read_as_a_list_of_them(scene: str, kind: str) -> None:

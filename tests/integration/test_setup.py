@@ -81,16 +81,6 @@ def test_a_tilt_of_any_size_keeps_its_digits(
     assert spread() > 1e9
 
 
-def test_a_push_of_any_size_keeps_its_digits(reference: Scene) -> None:
-    """A top that stands still, and is pushed: the tilt grows as a hyperbolic sine of time."""
-    falling = reference.varied(until="1", omega_3="0")
-    one, other = (
-        integrate(falling.varied(theta=f"pi - 1e-{k}", theta_dot=f"1e-{k}")).state.kx * 10.0**k
-        for k in (20, 100)
-    )
-    assert one == pytest.approx(other, rel=1e-13)
-
-
 def test_a_tilt_whose_last_double_underflows_is_refused_in_several_doubles() -> None:
     scene = load_scene("reference").varied(theta="1e-300", until="0.01")
     with pytest.raises(InputError, match=r"got double-double.*theta below"):

@@ -13,9 +13,6 @@ from tests.integration.conftest import motion_at
 from tt_precise.integration import Trajectory, heyoka_backend, integrate, segment
 from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import subtracted
 from tt_precise.runtime.terminal import silent
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
@@ -90,33 +87,6 @@ def test_singular_contact_behind_lost_contact(rough: Scene) -> None:
     assert_never_nan(end)
     numerator, denominator = newton.contact_terms(end.start.body, motion_at(end, end.t_end).state)
     assert numerator < 0 < denominator < 2e-6 * end.start.body.I1
-
-
-def test_a_top_on_the_table_moves_away_from_singular_contact(reference: Scene) -> None:
-    """While g_n > 0 its denominator grows without bound where it is small, so it never vanishes.
-
-    Of the state only v enters the denominator and feels g_n at once, and the denominator is
-    affine in v: its change by the forced part of v_dot is what it gains per unit of g_n.
-    """
-    body = reference.body.numbers(float)
-    random = numpy.random.default_rng(20260708)
-    for _ in range(50):
-        singular = singular_state(body, random.uniform(0.05, 3.1), *random.normal(size=4))
-        assert abs(newton.contact_terms(body, singular)[1]) < 1e-9 * body.I1
-        forces = newton.force_per_normal(body, singular), (0, 0, 0)
-        with_one, with_none = (newton.contact_acceleration(body, singular, f) for f in forces)
-        forced = subtracted(with_one, with_none)
-        pushed = singular._replace(vx=singular.vx + forced[0], vy=singular.vy + forced[1])
-        assert newton.contact_terms(body, pushed)[1] > 0
-
-
-def singular_state(
-    body: Parameters, theta: float, nu_y: float, Lx: float, Ly: float, Lz: float
-) -> NewtonState:
-    """A state whose nu_x makes the denominator of g_n vanish."""
-    still = NewtonState(math.sin(theta), 0, math.cos(theta), Lx, Ly, Lz, 0, nu_y)
-    with_none, with_one = (newton.contact_terms(body, still._replace(vx=v))[1] for v in (0.0, 1.0))
-    return still._replace(vx=with_none / (with_none - with_one))
 
 
 @pytest.mark.parametrize("precision", ["double-double", "quad"])

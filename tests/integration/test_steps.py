@@ -7,8 +7,7 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.integration.precision import DOUBLES, LONG_DOUBLES
-from tt_precise.integration.steps import Steps, join, of_power_series
+from tt_precise.integration.steps import join
 from tt_precise.scene.scene import Scene
 
 # Relative to the largest component: polynomials in double, and values in the run's arithmetic.
@@ -58,13 +57,3 @@ def test_parts_and_joined_blocks_read_the_same_steps(reference: Scene) -> None:
         times = numbers.array([mpmath.mpf(t) for t in ("0.9", "0.001", "0.3")])
         one, other = (x.at(times, numbers) for x in (steps, joined))
     assert all((a == b).all() for a, b in zip(one, other, strict=True))
-
-
-def test_a_power_series_is_one_step() -> None:
-    steps: Steps = of_power_series(
-        [[mpmath.mpf(1), 2, 3], [mpmath.mpf(0), 1, 0]], mpmath.mpf("0.5")
-    )
-    assert steps.terms.tolist() == [[[1, 1, 0.75], [0, 0.5, 0]]]
-    for numbers in (DOUBLES, LONG_DOUBLES):
-        square, line = steps.at(numpy.array([0.25], dtype=numpy.longdouble), numbers)
-        assert (square[0], line[0]) == (1.6875, 0.25)

@@ -71,12 +71,6 @@ def test_everything_can_be_asked_for_by_threads_at_once(half: Scene) -> None:
     assert together(ask) == [answers(integrate(half), 0)] * THREADS
 
 
-def test_each_thread_computes_in_a_context_of_its_own(double: Trajectory) -> None:
-    barrier = threading.Barrier(THREADS)  # or one thread could serve two
-    contexts = together(lambda _: (barrier.wait(), double.precision.context)[1])
-    assert len({id(context) for context in contexts}) == THREADS
-
-
 def test_a_trajectory_goes_to_another_process(half: Scene, monkeypatch: Patch) -> None:
     monkeypatch.setitem(heyoka_backend.OPTIMISATION, "loop", 3)  # as in the other process
     heyoka_backend._idle.cache_clear()

@@ -1,10 +1,8 @@
 """Trajectories: conserved quantities, agreement of formulations, spoiled equations, and the API."""
 
 import pickle
-import sys
 from collections.abc import Callable
 from fractions import Fraction
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -172,22 +170,6 @@ def test_what_a_notebook_shows(short: Scene) -> None:
     assert "kg m^2/s" in run.state._repr_html_()
     assert repr(slow.at("0.05")).startswith("<State at t = 0.05 s: theta 0.")
     assert repr(run.inversion) == "<InversionTimes: theta = pi/2 is not passed>"
-
-
-@pytest.mark.parametrize(("precision", "silent"), [("quad", False), ("double", True)])
-def test_a_slow_precision_shows_its_progress_in_a_notebook(
-    short: Scene,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    precision: str,
-    silent: bool,
-) -> None:
-    """Elsewhere but on a terminal it is silent."""
-    integrate(short, precision)
-    assert capsys.readouterr().err == ""
-    monkeypatch.setitem(sys.modules, "ipykernel", ModuleType("ipykernel"))
-    integrate(short, precision)
-    assert (capsys.readouterr().err == "") == silent
 
 
 def test_a_pickle_integrates_again(short: Scene) -> None:

@@ -11,7 +11,6 @@ import pytest
 from tests.conftest import Captured, Patch
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.reading import changes
-from tt_precise.runtime import plotting
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
@@ -69,15 +68,6 @@ def test_other_motions_have_curves_under_their_labels(
     assert [line.get_label() for line in axes[0].lines[:2]] == ["mu = 0.3", "mu = 0.2"]
     assert list(curve(axes[0], 1)) == list(other.frame("theta")["theta"])
     assert len({str(line.get_color()) for line in axes[0].lines}) == 4  # and two events
-
-
-def test_a_run_that_ended_early_says_so(rough: Scene) -> None:
-    assert "contact_lost" in integrate(rough).plot("theta").axes[0].get_title("left")
-
-
-def test_equal_runs_make_equal_pictures(half: Scene) -> None:
-    first, second = (plotting.svg_text(integrate(half).plot("theta")) for _ in range(2))
-    assert first == second
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ from typing import Any
 import numpy
 import pytest
 
-from tests.conftest import more
 from tt_precise.integration import catalogue, integrate, zeros
 from tt_precise.integration.events import Event
 from tt_precise.mechanics.quantities import Motion
@@ -151,13 +150,6 @@ def test_what_vanishes_identically_is_no_event(precision: str) -> None:
     assert integrate(ice.varied(omega_3="1"), precision, events=names).events.empty
 
 
-def test_one_digit_invents_no_event(reference: Scene) -> None:
-    names = ("nu_x_zero", "nu_y_zero", "theta_max")
-    run, truth = (integrate(reference, digits=n, events=names).events for n in (1, 9))
-    for name in names:
-        assert (run["name"] == name).sum() == (truth["name"] == name).sum()
-
-
 def test_what_is_undefined_at_the_start_is_refused(reference: Scene) -> None:
     with pytest.raises(InputError, match=r"extremum:phi_dot, which .* undefined at t = 0 s"):
         integrate(reference.varied(theta="0"), events=("extremum:phi_dot", "theta_max"))
@@ -167,13 +159,6 @@ def test_what_becomes_undefined_on_the_way_is_refused() -> None:
     """A top that rocks in a plane goes through the pole."""
     with pytest.raises(InputError, match=r"extremum:theta_dot.* undefined at t = 0\.086"):
         integrate("rocking", events=("extremum:theta_dot",))
-
-
-def test_rates_that_vanish_where_contact_ends_give_no_extrema() -> None:
-    """With the force of Hunt and Crossley they fall to zero as the fourth power of sigma."""
-    names = ("extremum:omega_3", "extremum:E_rot", "extremum:s_dot_x")
-    run = integrate("elastic-hunt-crossley", "double-double", events=names)
-    assert [run.event_counts[name] for name in names] == [6, 6, 5]
 
 
 @pytest.mark.parametrize("name", ["rolling", "frictionless"])
@@ -213,16 +198,6 @@ def test_the_noise_of_a_component_that_decays_is_no_event(precision: str, tolera
     assert run.unresolved == names
     assert 100 < len(run.events) < len(times) == 147
     assert all(abs(times - t).min() < 1e-3 for t in run.events["t"].astype(float))
-
-
-@pytest.mark.parametrize("precision", ["double", more("double-double")])
-def test_extrema_of_a_component_along_such_a_tilt_are_found(
-    reference: Scene, precision: str
-) -> None:
-    """The squares of its parts are 0 in double."""
-    steep = reference.varied(theta="1e-200", mu="1000", until="0.5")
-    run = integrate(steep, precision, events=("extremum:nu_x",))
-    assert run.event_counts == {"extremum:nu_x": 31}
 
 
 def test_functions_with_many_bends_are_refused(

@@ -2,7 +2,6 @@
 
 import math
 import pickle
-import tomllib
 from fractions import Fraction
 
 import mpmath
@@ -11,13 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import tt_precise as tt
-from tests.nonsmooth.conftest import edited, final
+from tests.nonsmooth.conftest import edited
 from tt_precise import golden
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.vectors import rotate, rotation
-from tt_precise.runtime.values import Array, InputError
+from tt_precise.runtime.values import Array
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene
 
@@ -94,96 +93,6 @@ def test_in_contact_and_in_flight_in_turn(bounced: Trajectory) -> None:
         assert (pushed > 0).all() if one.model == "contact" else (pushed == 0).all()
     assert float(bounced.drift["jellett"]) < 1e-14
     assert pickle.loads(pickle.dumps(bounced)).state == bounced.state
-
-
-def test_euler_angles_and_vectors_fly_alike() -> None:
-    """It glides in Euler angles and flies in vectors."""
-    newton, euler = (  # double-double compiles the Euler form faster than double
-        tt.integrate("coulomb-flight", "double-double", formulation=form).frame(numbers="float")
-        for form in ("newton", "euler")
-    )
-    for column in newton.columns:
-        size = max(abs(newton[column]).max(), 1e-300)
-        # 0.1 s at 180 rad/s; the end is where the top lands
-        assert abs(newton[column] - euler[column])[:-1].max() < 1e-14 * size, column
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("spring", "power"), [("linear", 1.0), ("hunt-crossley", 2 / 3)])
-def test_a_stiff_table_is_the_rigid_one(spring: str, power: float) -> None:
-    # the depth under a given force is (g_n/k)^(1/n)
-    tables = tomllib.loads(load_scene("regularised-1e-2").text)
-    tables["run"] = {"until": "0.1"}
-    names = ("theta", "theta_dot", "nu_x", "nu_y")
-    limit = final(Scene.of(**tables), *names)
-    errors = []
-    for k in (64e3, 256e3, 1024e3):
-        stiff = (k, 2 * math.sqrt(0.006 * k)) if spring == "linear" else (100 * k**1.5, 1.0)
-        contact = {"force": spring, **dict(zip(("stiffness", "damping"), stiff, strict=True))}
-        soft = final(Scene.of(**tables, contact={"law": "compliant", **contact}), *names)
-        errors.append(numpy.abs(soft - limit).max())
-    ratio = 4.0 if spring == "linear" else 8.0
-    orders = numpy.log(numpy.array(errors[:-1]) / errors[1:]) / math.log(ratio)
-    assert orders == pytest.approx([power, power], abs=0.1)
-
-
-@pytest.mark.parametrize(
-    ("name", "before", "after", "message"),
-    [
-        ("elastic-linear", '"linear"', '"wood"', "got 'wood', expected one of: linear, hunt"),
-        ("elastic-linear", '"1000"', '"0"', "stiffness: got 0.*, expected a number above 0"),
-        ("elastic-linear", 'ing = "0.2"', 'ing = "-1"', "damping: got -1.*, expected .*at least 0"),
-        ("coulomb-flight", '"fly"', '"hover"', "lost: got 'hover', expected one of: end, fly"),
-        ("coulomb-flight", 'lost = "fly"', 'stiffness = "1"', r"unknown key contact\.stiffness"),
-        ("flight", 'height = "0.01"', 'height = "-1"', "start.height: got -1 in a flight scene"),
-        ("flight", 'g = "9.82"', 'g = "9.82"\nmu = "0.3"', "got flight with friction or a table"),
-        ("flight", "[start]", '[contact]\nlost = "fly"\n[start]', "got flight with friction"),
-        (
-            "reference",
-            "[start]",
-            '[start]\nheight = "0.1"',
-            "got one of these keys on a rigid table",
-        ),
-        ("rolling", "[start]", '[start]\nrise = "0.1"', "got one of these keys on a rigid table"),
-    ],
-)
-def test_scene_files_that_are_refused(name: str, before: str, after: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        edited(name, before, after)
-
-
-@pytest.mark.usefixtures("no_cause")
-def test_flight_is_checked_for_all_that_it_conserves() -> None:
-    tossed = tt.integrate("flight", record=("phi", "psi"))
-    rows = tossed.frame()
-    found = tt.check.conservation(rows, "flight")
-    assert found.passed
-    done = {one.name for one in found.checks if one.verdict == "pass"}
-    assert done >= {"rotational_energy", "angular_momentum_x", "momentum_x", "equations", "golden"}
-    for column, caught in (("vx", "momentum_x"), ("Lx", "angular_momentum_x"), ("ky", "equations")):
-        spoiled = rows.copy()
-        spoiled.loc[spoiled.index[5:], column] += 1e-4 * abs(rows[column]).max()
-        assert caught in {one.name for one in tt.check.conservation(spoiled, "flight").failures}
-    poses = tossed.frame(*POSE)
-    assert tt.check.conservation(poses, "flight")["fall"].verdict == "pass"
-    lighter = tt.load_scene("flight").varied(g="9.8201")
-    failures = tt.check.conservation(poses, lighter).failures
-    assert [one.name for one in failures] == ["fall"]
-    elsewhere = tt.check.conservation(tt.integrate("rolling").frame(), "rolling")
-    assert "angular_momentum_x" not in {one.name for one in elsewhere.checks}
-
-
-@pytest.mark.parametrize("name", ELASTIC)
-def test_an_elastic_table_may_be_met_at_any_height(name: str) -> None:
-    def begun(**start: str) -> Trajectory:
-        return tt.integrate(load_scene(name).varied(until="0.002", **start), events=())
-
-    places = (("0.001", "-0.1"), ("0", "0.1"), ("0", "-0.1"), ("-0.0001", "5"))
-    runs = [begun(height=height, rise=rise) for height, rise in places]
-    assert [run.pieces[0].model for run in runs] == ["flight", "flight", "contact", "flight"]
-    pressed = begun(height="-0.0001", rise="-0.05")
-    assert pressed.pieces[0].model == "contact"
-    assert pressed.frame("height").iloc[0]["height"] == pytest.approx(-1e-4, rel=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -80,19 +80,6 @@ def test_within_the_cone_nothing_begins() -> None:
     assert onset.directions_from_rest(body(2 * ratio()), state(), mp) == []
 
 
-@pytest.mark.parametrize("terms", [8, 12])
-def test_more_terms_reach_further(terms: int) -> None:
-    top, eps = body(ratio() / 2), mp.mpf("1e-16")
-    (e,) = onset.directions_from_rest(top, state(), mp)
-    short, long = (
-        onset.onset(top, state(), e, n, eps, mp, on_the_cone=False) for n in (terms, 2 * terms)
-    )
-    assert long.until > short.until
-    t = short.until / 2
-    for one, other in zip(short.at(t, mp), long.at(t, mp), strict=True):
-        assert abs(one - other) < 10 * eps
-
-
 @pytest.mark.parametrize("precision", ["double", "double-double", more("quad")])
 def test_events_of_the_onset_are_the_changes_of_sign_of_its_rows(precision: str) -> None:
     scene = load_scene("coulomb-stick-slip").varied(

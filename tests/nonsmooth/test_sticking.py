@@ -2,7 +2,6 @@
 
 import math
 import pickle
-from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -11,11 +10,9 @@ import pytest
 
 import tt_precise as tt
 from tests.conftest import more
-from tests.integration.conftest import motion_at
 from tests.nonsmooth.conftest import edited, final
 from tt_precise import golden
 from tt_precise.integration import Trajectory
-from tt_precise.mechanics import friction
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.nonsmooth import lifting, sticking
 from tt_precise.runtime.values import Scalar
@@ -87,34 +84,6 @@ def test_digits_of_the_instants(run: str, digits: int, request: pytest.FixtureRe
         errors = [abs(a / b - 1) for a, b in zip(times, true, strict=False)]
     assert len(errors) == 2
     assert max(errors) < 10**-digits
-
-
-@pytest.mark.slow
-def test_the_speed_is_zero_while_it_sticks_and_continuous(quad: Trajectory) -> None:
-    stick, slip = (Fraction(float(t)) for t in joints(quad))
-    aside = Fraction(1, 10**9)
-    times = [stick - aside, stick + aside, slip - aside, slip + aside]
-    frame = quad.frame("gliding_speed", "g_n", times=times, numbers="exact")
-    before, *sticking, after = frame["gliding_speed"]
-    assert sticking == [0, 0]
-    # at the joints force and state are one: v within 1 ns times the acceleration, some 10 m/s^2
-    assert 0 < before < 1e-7
-    assert 0 < after < 1e-15  # v begins with t^2
-    assert abs(frame["g_n"][3] / frame["g_n"][2] - 1) < 1e-6
-
-
-@pytest.mark.slow
-def test_slipping_begins_on_the_cone(quad: Trajectory) -> None:
-    _, slip = joints(quad)
-    before = motion_at(quad, Fraction(float(slip)) - Fraction(1, 10**12))
-    assert before.rolls
-    margin = friction.cone_margin(before.body, before.state)
-    # 1 ps before: the margin's rate is some 1e3 (m g)^2/s
-    assert 0 < margin < 1e-8
-    fx, fy, _ = before.force
-    vx, vy = motion_at(quad, Fraction(float(slip)) + Fraction(1, 10**6)).state[-2:]
-    along = -(fx * vx + fy * vy) / (mpmath.hypot(fx, fy) * mpmath.hypot(vx, vy))
-    assert along == pytest.approx(1, abs=1e-4)
 
 
 def test_sticking_in_the_other_form(trajectory: Trajectory) -> None:

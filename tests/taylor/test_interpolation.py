@@ -7,7 +7,6 @@ import pytest
 
 from tt_precise.taylor.interpolation import (
     MOST_BISECTIONS,
-    MOST_PRODUCTS,
     isolated,
     nodes,
     through,
@@ -51,16 +50,6 @@ def test_the_three_bases_have_one_polynomial(count: int) -> None:
     while len(middle) > 1:  # de Casteljau at 1/2
         middle = (middle[1:] + middle[:-1]) / 2
     assert middle[0] == pytest.approx(polynomials.monomials[0], abs=1e-11)
-
-
-def test_many_polynomials_are_those_of_each() -> None:
-    """More than one product of matrices holds, in two tables."""
-    table = numpy.random.default_rng(1).normal(size=(2, 6, MOST_PRODUCTS // 50))
-    polynomials = through(table, SMOOTH)
-    for k in (0, 1, 2001, table.shape[2] - 1):
-        alone = through(table[1, :, [k]].T, SMOOTH)
-        assert polynomials.bernstein[1, :, k] == pytest.approx(alone.bernstein[:, 0], abs=1e-13)
-        assert polynomials.tail[1, k] == pytest.approx(alone.tail[0], rel=1e-13)
 
 
 def zeros_of(*polynomials: Any) -> list[list[tuple[float, int]]]:

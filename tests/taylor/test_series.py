@@ -111,7 +111,3 @@ def test_series_take_arrays_on_either_side() -> None:
     assert [(array + h)[k].tolist() for k in (0, 1)] == [[3, 4], [1, 1]]
     assert [(array - h)[k].tolist() for k in (0, 1)] == [[1, 2], [-1, -1]]
     assert [(h / array)[k].tolist() for k in (0, 1)] == [[1 / 2, 1 / 3], [1 / 2, 1 / 3]]
-
-
-def test_a_convolution_is_the_product_of_two_series() -> None:
-    assert series.convolution([1, 2, 3, 4], [5, -6, 7, 8]) == [5, 4, 10, 24]
