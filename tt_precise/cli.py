@@ -1,8 +1,7 @@
 """The command line: find a command, run the command, and report an error in one line.
 
-Each command is one file in ``commands`` and is imported only when called, so that ``--help``
-and ``check`` start fast. Exit status: 0 all checks pass, 1 a check failed, 2 unusable input, 70 a
-bug in tt-precise.
+Each command is one file in ``commands``, imported only when called. Exit status: 0 all checks pass,
+1 a check failed, 2 unusable input, 70 a bug in tt-precise.
 """
 
 from __future__ import annotations

@@ -33,7 +33,9 @@ def test_equal_pictures_are_equal_files(
     for name, figure in zip("ab", figures, strict=True):
         plotting.save(figure, tmp_path / f"{name}{ending}")
         if ending == ".svg":  # another salt stands for a layout that differs in its last bits
-            monkeypatch.setitem(plotting._SETTINGS, "svg.hashsalt", "another")
+            style = plotting.STYLE.read_text("utf-8").replace("tt-precise", "another")
+            (tmp_path / "another.mplstyle").write_text(style, "utf-8")
+            monkeypatch.setattr(plotting, "STYLE", tmp_path / "another.mplstyle")
     first, second = ((tmp_path / f"{name}{ending}").read_bytes() for name in "ab")
     assert first == second
     assert len(first) > 1000

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -66,14 +67,11 @@ def test_flight_is_bounded() -> None:
 
 
 def test_a_cancelled_task_is_a_failure() -> None:
-    class Cancels(Executor):
-        def submit(self, *args: Any, **kwargs: Any) -> Future[Any]:
-            future: Future[Any] = Future()
-            future.cancel()
-            future.set_running_or_notify_cancel()
-            return future
-
-    ((_, failure),) = Pool(Cancels(), lambda: 1).perform(divmod, calls(1))
+    future: Future[Any] = Future()
+    future.cancel()
+    future.set_running_or_notify_cancel()
+    executor: Any = Mock(submit=lambda *_: future)
+    ((_, failure),) = Pool(executor, lambda: 1).perform(divmod, calls(1))
     assert isinstance(failure.error, WorkerDiedError)
 
 
@@ -160,24 +158,19 @@ def test_a_process_that_dies_or_raises_fails_alone(two: Pool) -> None:
     assert f"sleep {SLEEP}" not in listing.stdout  # what a worker has started ends with it
 
 
-@pytest.mark.parametrize(
-    ("work", "arguments"), [(threading.Lock, ()), (id, (threading.Lock(),))],
-    ids=["result not sent", "argument not sent"],
-)  # fmt: skip
-def test_a_value_that_cannot_be_sent_fails_its_task(two: Pool, work: Any, arguments: Any) -> None:
-    ((_, failure),) = two.perform(work, [Call(0, arguments)])
-    assert "pickle" in failure.reason
+def test_a_result_or_an_argument_that_cannot_be_sent_fails_its_task(two: Pool) -> None:
+    works: list[tuple[Any, Any]] = [(threading.Lock, ()), (id, (threading.Lock(),))]
+    for work, arguments in works:
+        ((_, failure),) = two.perform(work, [Call(0, arguments)])
+        assert "pickle" in failure.reason
     assert [result for _, result in two.perform(pow, [Call(0, (2, 5))])] == [32]
 
 
-def test_a_group_shares_a_process_and_its_results(two: Pool) -> None:
+def test_a_group_shares_a_process_which_is_replaced_after_some_tasks(two: Pool) -> None:
     names = [(name, n) for n in range(4) for name in "abc"]
     tasks = [Call(key, (FIRST_SEEN, {"name": key[0]}), group=key[0]) for key in names]
     results = {(call.group, result) for call, result in two.perform(eval, tasks)}
     assert len(results) == 3
-
-
-def test_a_process_is_replaced_after_some_tasks() -> None:
-    tasks = [Call(n, ()) for n in range(6)]
     with local_pool(1, inline=False, recycle_after=2) as pool:
-        assert len({pid for _, pid in pool.perform(os.getpid, tasks)}) == 3
+        pids = {pid for _, pid in pool.perform(os.getpid, [Call(n, ()) for n in range(6)])}
+    assert len(pids) == 3

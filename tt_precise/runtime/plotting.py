@@ -39,13 +39,7 @@ SYMBOLS = {
 DPI = 150  # Pixels in an inch of a PNG.
 POINTS = 72  # Points in an inch; SVG sizes are in points.
 BINS = 700  # Intervals of time across a panel; each keeps first, least, greatest, last value.
-_SETTINGS: Any = {
-    "font.size": 10, "axes.titlesize": 10, "axes.titlelocation": "left", "axes.spines.top": False,
-    "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True, "grid.color": "#e4e4e4",
-    "grid.linewidth": 0.6, "lines.linewidth": 0.9, "legend.frameon": False, "legend.fontsize": 9,
-    "figure.facecolor": "white", "savefig.facecolor": "white", "svg.fonttype": "path",
-    "svg.hashsalt": "tt-precise",
-}  # fmt: skip
+STYLE = Path(__file__).parent / "templates" / "pictures.mplstyle"
 # neither time nor version, so that a file changes only with its picture
 _METADATA: dict[str, dict[str, None]] = {
     ".svg": {"Date": None, "Creator": None},
@@ -64,7 +58,7 @@ def styled() -> Iterator[None]:
 
     # Its warning of a cache that cannot be written is no part of a command's one line.
     logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
-    with matplotlib.rc_context({**_SETTINGS, "axes.prop_cycle": cycler(color=CYCLE)}):
+    with matplotlib.rc_context({"axes.prop_cycle": cycler(color=CYCLE)}, STYLE):
         yield
 
 
@@ -132,5 +126,5 @@ def svg_text(figure: Figure, letters: Literal["path", "none"] = "path") -> str:
     # matplotlib makes ids of clip paths and markers from numbers whose last bits may change
     ids = re.finditer(r'\bid="([A-Za-z_]*?)([0-9a-f]{10})"', sink.getvalue())
     numbers = {match[2]: str(number) for number, match in enumerate(ids, 1)}
-    hashes = re.compile("|".join(numbers) or "$^")
+    hashes = re.compile("|".join(numbers) or "(?!)")  # which matches nothing
     return hashes.sub(lambda match: numbers[match[0]], sink.getvalue())

@@ -19,23 +19,13 @@ class InputError(ValueError):
     """Unusable input; the message is one complete line, shown to the user unchanged."""
 
 
-Json: TypeAlias = Any
-"""A value of a JSON or TOML document: None, a bool, a number, a str, a list or a dict of such."""
-
-Adaptive: TypeAlias = Any
-"""An integrator of heyoka, ``taylor_adaptive`` or ``taylor_adaptive_batch``."""
-
-ContinuousOutput: TypeAlias = Any
-"""Dense output of heyoka: ``continuous_output``, or what is called as one."""
-
-Scalar: TypeAlias = Any
-"""A number, or an array or expression of numbers, in one arithmetic."""
-
-Array: TypeAlias = Any
-"""A NumPy array; shape and entries are stated where it is used."""
-
+Json: TypeAlias = Any  # of JSON or TOML: None, a bool, a number, a str, a list or a dict of such
+Adaptive: TypeAlias = Any  # an integrator of heyoka, one lane or a batch
+ContinuousOutput: TypeAlias = Any  # dense output of heyoka, or what is called as one
+Scalar: TypeAlias = Any  # a number, or an array or expression of numbers, in one arithmetic
+Array: TypeAlias = Any  # a NumPy array; shape and entries are stated where it is used
+# The functions of one arithmetic, such as sqrt and sin: a module, an mpmath context, an object.
 Functions: TypeAlias = Any
-"""The functions of one arithmetic, such as ``sqrt`` and ``sin``: a module or an mpmath context."""
 
 
 def listed(names: str | Iterable[str]) -> tuple[str, ...]:

@@ -24,7 +24,6 @@ from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, whole_number
 
 IN_FLIGHT_EACH = 2  # tasks of a worker: one at work, one waiting
-LONGEST_REASON = 500  # characters of the reason of a failure
 
 
 @dataclass(frozen=True)
@@ -48,9 +47,8 @@ class Failure:
 
     @property
     def reason(self) -> str:
-        """The exception in one line."""
-        text = " ".join(f"{type(self.error).__name__}: {self.error}".split())
-        return text[:LONGEST_REASON]
+        """The exception in one line of at most 500 characters."""
+        return " ".join(f"{type(self.error).__name__}: {self.error}".split())[:500]
 
 
 class WorkerDiedError(RuntimeError):
@@ -218,14 +216,14 @@ def dask_pool(address: str) -> Pool:
 
 def _begin() -> None:
     """Prepare a worker process, which ends with its parent and takes its own children along."""
-    os.setsid()
-    signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
-    threading.Thread(target=_follow, name="follows its parent", daemon=True).start()
-    in_a_process_of_ours()
-
-
-def _follow() -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None
-    parent.join()
-    os.killpg(0, signal.SIGKILL)
+
+    def follow() -> None:
+        parent.join()
+        os.killpg(0, signal.SIGKILL)
+
+    os.setsid()
+    signal.signal(signal.SIGTERM, lambda *_: os.killpg(0, signal.SIGKILL))
+    threading.Thread(target=follow, daemon=True).start()
+    in_a_process_of_ours()
