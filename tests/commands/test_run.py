@@ -32,19 +32,14 @@ def test_numbers_are_those_of_the_trajectory(printed: Printed) -> None:
     assert (record["t_end"], record["bits"]) == ("1.0e-1", 113)
 
 
-@pytest.mark.parametrize(
-    ("words", "precision", "bits", "digits"),
-    [
+def test_digits_and_bits_choose_the_precision(printed: Printed) -> None:
+    for words, precision, bits, digits in (
         ("reference --digits 25", "double-double", 104, 25),
         ("upright --precision mp --bits 150", "mp", 150, 40),
-    ],
-)
-def test_digits_and_bits_choose_the_precision(
-    printed: Printed, words: str, precision: str, bits: int, digits: int
-) -> None:
-    record = printed("run", words, "--until 0.01")
-    assert (record["precision"], record["bits"]) == (precision, bits)
-    assert record["digits"] >= digits
+    ):
+        record = printed("run", words, "--until 0.01")
+        assert (record["precision"], record["bits"]) == (precision, bits)
+        assert record["digits"] >= digits
 
 
 def test_the_euler_form_prints_vectors_too(printed: Printed) -> None:

@@ -65,10 +65,7 @@ def test_shipped_scenes_are_listed(said: Said, printed: Printed) -> None:
     assert len(said("scene list").splitlines()) == len(shipped())
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=[] if name in SOME else pytest.mark.slow) for name in shipped()],
-)
+@pytest.mark.parametrize("name", SOME)
 def test_a_shipped_scene_has_its_own_law(name: str, printed: Printed) -> None:
     scene = load_scene(name)
     content = printed("scene show", name)

@@ -146,14 +146,9 @@ def test_python_takes_the_tables_of_a_file() -> None:
         Scene.of(**{**tables(), "run": 3})
 
 
-def test_lists_become_tuples() -> None:
-    scene = parsed().varied(record=["phi"], events=["equator"], until="0.01")
-    assert (scene.record, scene.events) == (("phi",), ("equator",))
-    assert integrate(scene).status == "complete"
-    assert parsed().varied(record="phi,psi").record == ("phi", "psi")
-
-
 def test_sample_times_are_exact_and_end_at_the_end() -> None:
+    listed = parsed().varied(record=["phi"], events="equator,theta_min")
+    assert (listed.record, listed.events) == (("phi",), ("equator", "theta_min"))
     scene, tenths = parsed().varied(sample_every="0.1"), [Fraction(k, 10) for k in range(4)]
     assert scene.varied(until="1/3").sample_times == (*tenths, Fraction(1, 3))
     assert scene.varied(until="0.3").sample_times == tuple(tenths)
@@ -191,7 +186,7 @@ def test_a_law_of_friction_is_varied_as_a_whole(name: str, law: dict[str, str]) 
     assert varied.varied(mu="0.3").body.law == law["law"]
     with pytest.raises(InputError, match="got mu beside friction, expected it in that table"):
         scene.varied(friction=law, mu="0.3")
-    with pytest.raises(InputError, match=r'friction: got \'coulomb\', expected a table .* {"law":'):
+    with pytest.raises(InputError, match=r"friction: got \'coulomb\', expected a table"):
         scene.varied(friction="coulomb")
 
 
@@ -211,15 +206,13 @@ def test_sizes_are_kept_and_ratios_are_kept_when_m_or_R_are_varied() -> None:
     assert (scaled["I1"], scaled["alpha"]) == (Fraction(131, 350), Fraction(3, 10))
 
 
-@pytest.mark.parametrize(
-    "changes", [{"R": 16}, {"m": 15}, {"g": 982}, {"I1": "2.99e-6"}, {"m": "1 g", "R": "1 m"}]
-)
-def test_wrong_units_are_refused_in_a_file_and_in_varied(changes: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=r"body: .*expected") as in_file:
-        Scene.of(**tables(**changes))
-    with pytest.raises(InputError, match=r"body: .*expected") as varied:
-        parsed().varied(**changes)
-    assert str(in_file.value) == str(varied.value)
+def test_wrong_units_are_refused_in_a_file_and_in_varied() -> None:
+    changes: dict[str, Any]
+    for changes in ({"R": 16}, {"g": 982}, {"I1": "2.99e-6"}, {"m": "1 g", "R": "1 m"}):
+        with pytest.raises(InputError, match=r"body: .*expected") as in_file:
+            Scene.of(**tables(**changes))
+        with pytest.raises(InputError, match=re.escape(str(in_file.value))):
+            parsed().varied(**changes)
 
 
 @pytest.mark.parametrize(
@@ -241,7 +234,7 @@ def test_a_printed_scene_has_its_changes() -> None:
     scene = load_scene("reference").varied(psi_dot="150", phi_dot="7/3").varied(R="18 mm")
     assert repr(scene) == (
         "<Scene reference with psi_dot = 150, phi_dot = 7/3, R = 18 mm: gliding, viscous friction, "
-        "theta 0.1 rad, omega_3 152.322 rad/s, until 8 s>"
+        "theta 0.1 rad, omega_3 about 152.322 rad/s, until 8 s>"
     )
     assert "I1 131/350 m R^2" in repr(scene.body)
     assert len(repr(load_scene("elastic-hunt-crossley").body)) < 220
@@ -262,10 +255,10 @@ def test_a_notebook_shows_every_number_with_its_unit() -> None:
     assert max(map(len, cells)) < 60
 
 
-@pytest.mark.parametrize("name", ["beta", "epsilon", "stiffness"])
-def test_an_entry_that_the_scene_does_not_have_cannot_be_varied(name: str) -> None:
-    with pytest.raises(InputError, match=rf"varied: got '{name}', expected one of: I1, "):
-        load_scene("reference").varied(**{name: "1"})
+def test_an_entry_that_the_scene_does_not_have_cannot_be_varied() -> None:
+    for name in ("beta", "epsilon", "stiffness"):
+        with pytest.raises(InputError, match=rf"varied: got '{name}', expected one of: I1, "):
+            load_scene("reference").varied(**{name: "1"})
 
 
 def test_the_same_top_rolls_and_does_not_glide() -> None:

@@ -43,19 +43,16 @@ def test_degrees_and_shares_of_pi() -> None:
         assert Inclination.parse(text) == Inclination.parse(same)
 
 
-@pytest.mark.parametrize(
-    ("near", "offset"),
-    [
+def test_an_inclination_below_pi_keeps_its_distance_from_pi() -> None:
+    for near, offset in (
         (PI_40, "1.6939937510582097494459230781640628620899862803482e-40"),
         (3.141592653589793, "2.3846264338327950288419716939937510582097494459231e-16"),
         ("179.999999 deg", "1.7453292519943295769236907684886127134428718885417e-8"),
-    ],
-)
-def test_an_inclination_below_pi_keeps_its_distance_from_pi(near: str | float, offset: str) -> None:
-    theta = Inclination.parse(near)
-    assert theta.from_pi
-    assert float(abs(theta.offset / Fraction(offset) - 1)) < 1e-48
-    assert Inclination.parse(str(theta)) == theta
+    ):
+        theta = Inclination.parse(near)
+        assert theta.from_pi
+        assert float(abs(theta.offset / Fraction(offset) - 1)) < 1e-48
+        assert Inclination.parse(str(theta)) == theta
 
 
 @pytest.mark.parametrize("text", ["0", "1/10", "3/2", "pi", f"pi - 1/{10**300}", "pi - 3"])
@@ -95,9 +92,7 @@ def test_centre_of_mass_at_rest_is_the_start_of_another_team() -> None:
     assert 0 < abs(ours.nu_y - theirs.start.nu_y) < Fraction(1, 10**49)
     assert theirs.at_rest == "centre of mass"
     assert theirs.varied(nu_y="0.1").at_rest == ""
-
-
-def test_centre_of_mass_at_rest_with_all_rates() -> None:
+    # with all rates
     scene = REFERENCE.varied(theta_dot="3", phi_dot="-5", at_rest="centre of mass", until="0")
     row = integrate(scene).frame("s_dot_x", "s_dot_y", "nu_x", "nu_y").iloc[0]
     assert (row[["s_dot_x", "s_dot_y"]].abs() < 1e-16).all()

@@ -203,10 +203,10 @@ class Scene:
         friction = self.model == "gliding" and self.body.mu
         law = f"{self.body.law} friction, " if friction else ""
         changes = ", ".join(f"{name} = {value!s:.30}" for name, value in self.changes.items())
+        start = self.start.texts()
         return (
             f"<Scene {self.name}{f' with {changes}' if changes else ''}: {self.model}, {law}theta "
-            f"{self.start.theta.radians_float:.6g} rad, omega_3 {float(self.start.omega_3):.6g} "
-            f"rad/s, until {float(self.until):.6g} s>"
+            f"{start['theta']}, omega_3 {start['omega_3']}, until {brief(self.until)} s>"
         )
 
     def _repr_html_(self) -> str:
@@ -336,10 +336,8 @@ def _from_tables(tables: Mapping[str, Json], name: str, text: str) -> Scene:
 def _table(tables: Mapping[str, Json], key: str) -> Mapping[str, Json]:
     table = tables[key]
     if not isinstance(table, Mapping):
-        example = ' such as {"law": "coulomb", "mu": "0.3"}' if key == "friction" else ""
-        raise InputError(
-            f"{key}: got {shortened(table)}, expected a table [{key}], in Python a dict{example}"
-        )
+        got = shortened(table)
+        raise InputError(f"{key}: got {got}, expected a table [{key}], in Python a dict")
     return table
 
 

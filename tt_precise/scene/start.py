@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from tt_precise.runtime.mpfr import decimal_text
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
 from tt_precise.scene.entries import ENTRIES, brief, number_of, require_keys, written
@@ -66,12 +66,6 @@ class Inclination(NamedTuple):
         """Theta (rad) in the arithmetic ``fn``."""
         offset = convert(self.offset)
         return fn.acos(convert(Fraction(-1))) - offset if self.from_pi else offset
-
-    @property
-    def radians_float(self) -> float:
-        """Theta (rad) as a double, for display."""
-        offset = float(self.offset)
-        return math.pi - offset if self.from_pi else offset
 
     def text(self, number: Callable[[Fraction], str] = str) -> str:
         """Return the inclination with its distance from the nearer pole as text."""
@@ -282,8 +276,4 @@ def _inclination_of(state: Any) -> Inclination:
 
 def _to_decimal(value: Scalar) -> Fraction:
     """An mpmath number as the decimal of ``DERIVED_DIGITS`` digits nearest to it."""
-    import mpmath
-
-    return (
-        exact(mpmath.nstr(value, DERIVED_DIGITS, min_fixed=1, max_fixed=0)) if value else exact(0)
-    )
+    return exact(decimal_text(value, DERIVED_DIGITS))
