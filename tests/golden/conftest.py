@@ -51,8 +51,8 @@ def rehash(path: Path) -> None:
             column |= {
                 k: v for k, v in old["files"][file]["columns"][name].items() if k == "agreement"
             }
-    files = {**old["files"], **derived["files"]}
-    (path / MANIFEST).write_text(store.json_text({**old, **derived, "files": files}))
+    merged = {key: {**old[key], **derived[key]} for key in ("files", "evidence")}
+    (path / MANIFEST).write_text(store.json_text({**old, **derived, **merged}))
 
 
 @pytest.fixture(scope="session")

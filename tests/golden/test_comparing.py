@@ -1,7 +1,6 @@
 """A trajectory is as far from golden data as it was put there."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy
@@ -41,15 +40,13 @@ def test_rounded_numbers_agree_as_far_as_they_hold(small: Small, kind: Any) -> N
     assert (len(comparison.over_time), comparison.unmatched) == (7, 0)
 
 
-def test_an_error_shows_in_its_column_at_its_time(small: Small, tmp_path: Path) -> None:
+def test_an_error_shows_in_its_column_at_its_time(small: Small) -> None:
     frame = loaded(small)
     frame = with_entry(frame, 3, "omega_3", frame["omega_3"].to_list()[3] * (1 + 1e-7))
     comparison = compared(small, frame)
     assert comparison.digits["omega_3"] == pytest.approx(7, abs=1e-3)
     assert comparison.digits.drop("omega_3").min() > 15
     assert comparison.over_time["t"].to_list()[comparison.over_time["omega_3"].argmin()] == 0.03
-    comparison.save(tmp_path / "digits.png")
-    assert (tmp_path / "digits.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(
@@ -100,7 +97,6 @@ def test_rows_between_golden_times_are_compared_with_an_integration(small: Small
     ("frame", "words"),
     [
         ({"time": [0.0], "theta": [0.1]}, "expected t and any of: kx, ky"),
-        ({"t": [0.0], "Theta": [0.1]}, "expected t and any of: kx, ky"),
         ({"t": [0.1], "theta": [0.1]}, "expected times between 0 and 0.06 s"),
         ({"t": [0.0], "theta": ["one"]}, "got 'one', expected a number"),
     ],

@@ -2,14 +2,12 @@
 
 import json
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
 from fractions import Fraction
 from itertools import product
-from operator import add, mul, sub, truediv
+from operator import sub, truediv
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -37,13 +35,6 @@ def scene() -> Scene:
     return load_scene(NAME)
 
 
-def edit_proof(folder: Path, change: Callable[[dict[str, Any]], object], *, seal: bool) -> None:
-    """Change the proof; ``seal``: with the hash in the manifest."""
-    edit_json(folder / NAME / PROOF, change, json.dumps)
-    if seal:
-        store.record_proof(folder / NAME)
-
-
 def added(folder: Path, file: str, line: int, column: str, count: int) -> None:
     """Add ``count`` units in the last place to one cell of a table."""
 
@@ -53,10 +44,11 @@ def added(folder: Path, file: str, line: int, column: str, count: int) -> None:
     edit_cell(folder / NAME / file, line, column, change)
 
 
-def problems(folder: Path) -> list[str]:
-    record = proofs.read_proof(NAME, folder)
-    assert record is not None
-    return proofs.complaints(store.read_files(NAME, folder), record)
+def problem(folder: Path) -> str:
+    """Why the proof is not valid."""
+    with pytest.raises(InputError) as refusal:
+        proofs.read_proof(store.read_files(NAME, folder))
+    return str(refusal.value)
 
 
 def refused(scene: Scene, folder: Path) -> str:
@@ -116,16 +108,16 @@ def test_another_table_than_the_proved_one_establishes_nothing(
     folder: Path, file: str, column: str, count: int
 ) -> None:
     added(folder, file, 12, column, count)
-    assert f"{file}: not the table that was proved" in problems(folder)[0]
+    assert f"{file}: not the table that was proved" in problem(folder)
     assert refused(load_scene(NAME), folder)
 
 
-@pytest.mark.parametrize("rounded", [7, -1, 10**9])
-def test_a_proof_of_some_numbers_is_none(folder: Path, rounded: int) -> None:
-    edit_proof(folder, lambda content: content.update(rounded=rounded), seal=True)
-    assert "not every number is proved" in problems(folder)[0]
+def test_a_proof_of_some_numbers_is_none(folder: Path) -> None:
+    edit_json(folder / NAME / PROOF, lambda content: content.update(rounded=7), json.dumps)
+    store.record_proof(folder / NAME)
+    assert "not every number is proved" in problem(folder)
     listed = proofs.summary(store.read_files(NAME, folder))
-    assert listed == {"problem": problems(folder)[0]}
+    assert listed == {"problem": problem(folder)}
 
 
 def test_other_events_and_another_scene_are_not_those_that_were_proved(
@@ -136,17 +128,16 @@ def test_other_events_and_another_scene_are_not_those_that_were_proved(
     path = folder / NAME / EVENTS
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[:5] + lines[6:]))
-    assert any("not the table that was proved" in one for one in problems(folder))
+    assert "not the table that was proved" in problem(folder)
     assert refused(scene, folder)
     path.write_text("".join(lines))
     path = folder / NAME / SCENE
     path.write_text(path.read_text().replace('mu = "0.3"', 'mu = "0.30001"'))
-    assert f"{PROOF}: about another scene than {SCENE} says" in problems(folder)[0]
+    assert f"{PROOF}: about another scene than {SCENE} says" in problem(folder)
 
 
 def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
     (folder / NAME / PROOF).unlink()
-    assert proofs.read_proof(NAME, folder) is None
     assert proofs.summary(store.read_files(NAME, folder)) is None
     assert "golden certify" in refused(scene, folder)
     assert f"{PROOF}: missing, but manifest.json lists it" in "".join(inspect(NAME, folder)[1])
@@ -157,15 +148,13 @@ def test_a_missing_proof_says_what_to_do(folder: Path, scene: Scene) -> None:
 )
 def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) -> None:
     (folder / NAME / PROOF).write_text(text)
-    with pytest.raises(InputError):
-        proofs.read_proof(NAME, folder)
-    assert refused(scene, folder)
+    assert "the proof cannot be used" in problem(folder) == refused(scene, folder)
 
 
 def test_intervals_reach_from_the_least_corner_to_the_largest() -> None:
     ends = [Fraction(x) for x in ("-3", "-0.5", "0", "0.25", "2")]
     intervals = [(a, b) for a, b in product(ends, ends) if a <= b]
-    for one, other, operation in product(intervals, intervals, (add, sub, mul, truediv)):
+    for one, other, operation in product(intervals, intervals, (sub, truediv)):
         if operation is truediv and other[0] <= 0 <= other[1]:
             with pytest.raises(ZeroDivisionError):
                 Interval(*one) / Interval(*other)

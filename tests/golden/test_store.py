@@ -18,25 +18,12 @@ from tt_precise.golden.verifying import inspect
 from tt_precise.runtime.values import InputError
 
 NAME = "contact-lost"  # few rows, and proved
-WITHOUT_PROOF = {
-    "coulomb-flight",
-    "coulomb-small-top",
-    "coulomb-stick-slip",
-    "elastic-hunt-crossley",
-}
 
 
 @pytest.fixture
 def proved(tmp_path: Path) -> Path:
     """A copy of shipped data with their proof."""
     return shutil.copytree(store.home() / NAME, tmp_path / NAME)
-
-
-def test_manifests_list_the_proofs_that_ship() -> None:
-    for name in store.scenes():
-        stored = store.read_files(name)
-        assert store.changes(stored) == []
-        assert (PROOF in stored.manifest["files"]) == (name not in WITHOUT_PROOF)
 
 
 def flip_last_digit(path: Path) -> None:
@@ -105,32 +92,6 @@ def test_files_that_are_not_regular_are_refused(proved: Path, file: str, kind: s
         (proved / file).symlink_to(target)
     with pytest.raises(InputError, match=f"{file}: no regular file; expected golden data"):
         store.read_files(NAME, proved.parent)
-
-
-def test_a_spoiled_proof_is_not_used(proved: Path) -> None:
-    (proved / PROOF).write_text("no JSON")
-    assert store.proof_sha256(proved) == ""
-    with pytest.raises(InputError, match=r"proof\.json: changed since it was written"):
-        store.read_whole(NAME, proved.parent)
-    store.record_proof(proved)  # nothing to list
-    with pytest.raises(InputError, match=r"proof\.json: not listed"):
-        store.read_whole(NAME, proved.parent)
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"schema": "tt_precise.golden/1"}, "got schema"),
-        ({"files": {}}, "missing required field"),
-        ({"files": []}, "Expected `object`"),
-    ],
-)
-def test_a_manifest_of_another_form_is_refused(
-    proved: Path, change: dict[str, object], words: str
-) -> None:
-    edit_manifest(proved, lambda manifest: manifest.update(change))
-    with pytest.raises(InputError, match=words):
-        store.read_whole(NAME, proved.parent)
 
 
 def test_data_are_named_by_name_file_or_folder(

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -16,15 +15,12 @@ from tests.conftest import Patch
 from tests.golden.conftest import Small, rehash
 from tests.golden.tables import edit_cell, edit_json, other_digit
 from tt_precise.golden import store, verifying
-from tt_precise.golden.manifest import Constancy, derive
+from tt_precise.golden.manifest import derive
 from tt_precise.golden.runs import GoldenRun, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table
-from tt_precise.golden.verifying import CONSTANT_TO, inspect, judge, verify
-from tt_precise.integration.precision import precision_named
+from tt_precise.golden.verifying import inspect, judge, verify
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import load_scene
 
 Lines = list[list[str]]
 
@@ -84,7 +80,10 @@ def test_a_changed_table_is_found_and_named(
         (lambda m: m["files"][EVENTS].update(rows=1), "events.csv: rows is '1'"),
         (lambda m: m.update(scene="other"), "manifest.json: scene is 'other'"),
         (lambda m: m.update(title="Another"), "title is 'Another', the data say 'Reference"),
-        (lambda m: m.update(schema="tt_precise.golden/0"), "got schema 'tt_precise.golden/0'"),
+        (
+            lambda m: m.update(schema="tt_precise.golden/0"),
+            "expected 'tt_precise.golden/2'",
+        ),
         (lambda m: m.pop("evidence"), "missing required field `evidence`"),
         (lambda m: m["files"].update({"scene.toml": {}}), "missing required field `sha256`"),
     ],
@@ -96,15 +95,12 @@ def test_an_edited_manifest_is_found_and_named(
     assert words in problems(small)
 
 
-def test_another_scene_text_is_found(small: Small) -> None:
+def test_another_scene_is_found_and_another_comment_is_none(small: Small) -> None:
     path = small.path / "scene.toml"
     path.write_text(path.read_text().replace('mu = "0.3"', 'mu = "0.31"'))
     assert "scene.toml: changed since it was written" in problems(small)
     path.write_text(path.read_text().replace('mu = "0.31"', 'mu = "0.3" # as it was'))
     assert problems(small) == ""
-    (small.path / MANIFEST).unlink()
-    with pytest.raises(InputError, match="golden data"):
-        store.read_files(small.scene.name, small.folder)
 
 
 @pytest.mark.parametrize(("size", "empty"), [("9e-29", True), ("1.1e-28", False), ("1e-3", False)])
@@ -117,8 +113,8 @@ def test_only_a_vertical_axis_leaves_its_azimuth_open(
     edit_cell(small.path / TRAJECTORY, 4, "phi_dot", lambda _: "")
     rehash(small.path)
     stored = store.read_files(small.scene.name, small.folder)
-    line = f"{TRAJECTORY}, line 4, phi_dot: is empty, a fresh computation has a number"
-    assert (line not in judge(stored, fresh)[1]) is empty
+    line = f"{TRAJECTORY}, line 4, phi_dot: got nothing, a fresh computation has"
+    assert (line not in "".join(judge(stored, fresh)[1])) is empty
 
 
 @pytest.mark.parametrize("status", ["contact_lost", "pole", "failed"])
@@ -127,36 +123,6 @@ def test_another_end_of_the_motion_is_found(small: Small, fresh: GoldenRun, stat
     assert judge(stored, fresh)[1] == []
     complaints = judge(stored, replace(fresh, status=status))[1]
     assert complaints == [f"status: newton quad ends {status}, the manifest says complete"]
-
-
-def test_rows_that_break_jellett_are_found_without_a_computation(small: Small) -> None:
-    edit_cell(small.path / TRAJECTORY, 4, "Lz", lambda cell: other_digit(cell, 31))
-    rehash(small.path)
-    assert "trajectory.csv: jellett is constant to" in problems(small)
-    assert "worst in line 4" in problems(small)
-
-
-@pytest.mark.parametrize(
-    ("phi_dot", "omega_3", "digits"), [("0", "155", 0), ("5", "17", 1), ("4", "17", 2)]
-)
-def test_digits_that_cancel_in_lambda_are_those_of_its_terms(
-    phi_dot: str, omega_3: str, digits: int
-) -> None:
-    """By hand: I1 phi_dot sin^2 is 1.490 for 4 rad/s, I3 omega_3 (alpha - cos) 1.559 for 17."""
-    scene = load_scene("reference").varied(theta="1.5", phi_dot=phi_dot, omega_3=omega_3)
-    start = InitialState.in_si(scene, precision_named("double").arithmetic).vectors
-    rows = Table.of_columns({name: [str(x)] for name, x in start._asdict().items()})
-    stored: Any = SimpleNamespace(trajectory=rows, scene=scene)
-    assert verifying._cancelled(stored) == digits
-
-
-def test_a_small_lambda_may_lack_the_digits_that_cancel(small: Small, monkeypatch: Patch) -> None:
-    short = [Constancy(name, CONSTANT_TO - 2, 0) for name in ("jellett", "energy")]
-    monkeypatch.setattr(verifying, "constancies", lambda *_: short)
-    monkeypatch.setattr(verifying, "_cancelled", lambda _: 2)
-    lines = problems(small)
-    assert "energy is constant to" in lines
-    assert "jellett" not in lines
 
 
 def test_a_scene_that_cannot_be_computed_fails_beside_the_others(small: Small) -> None:
@@ -178,7 +144,7 @@ def test_every_digit_without_a_proof_is_confirmed(small: Small) -> None:
     edit_cell(small.path / TRAJECTORY, 4, "theta", lambda cell: other_digit(cell, 33))
     rehash(small.path)
     verification = verifying.verify_scene(small.path)
-    assert f"{TRAJECTORY}, line 4, theta, newton 160 rounds otherwise" in verification.problems
+    assert f"{TRAJECTORY}, line 4, theta: got 9." in verification.problems[0]
     assert 30 < (verification.digits_found or 0) < 34
 
 

@@ -61,13 +61,10 @@ def build(
     The output goes into ``folder``; by default into the package's folder for shipped scenes in a
     checkout, otherwise into ``golden``. Each scene is computed at two working precisions in vector
     form and at one in Euler form; the digits on which all runs agree are published. A published
-    digit changes only with ``replace``. If a build is interrupted while it writes, the files differ
-    from their manifest and are refused until the scene is built again.
+    digit changes only with ``replace``. Files of an interrupted build are refused.
 
-    Raises
-    ------
-    InputError
-        A scene cannot be used or has no TOML file, or another build works in the same folder.
+    Raises ``InputError``: a scene cannot be used or has no TOML file, or another build works in the
+    same folder.
     """
     requested = list(shipped() if scenes is None else scenes)
     by_name = {scene.name: scene for scene in map(load_scene, requested)}
@@ -116,9 +113,6 @@ def build_scene(name: str, text: str, folder: Path, replace: bool) -> Built:
         seconds = time.process_time() - began
         return Built(name, FAILED, str(error), seconds=seconds, folder=str(folder))
     outcome, note, digits = _settle(scene, consensus, runs, folder / name, replace)
-    if consensus.status == "contact_lost":
-        end = float(consensus.tables[store.TRAJECTORY].rows[-1][0])
-        note = "; ".join(filter(None, (note, f"leaves the table at {end:.6g} s")))
     seconds = time.process_time() - began
     return Built(name, outcome, note, digits, consensus.agreement, bits, seconds, str(folder))
 
@@ -159,14 +153,12 @@ def _settle(
 
 
 def first_difference(old: dict[str, Table], new: dict[str, Table]) -> str:
-    """The first cell in which tables differ, in words; "" if there is none."""
+    """The first row in which tables differ, and the columns; "" if there is none."""
     for file, table in new.items():
-        rows = zip_longest(
-            [old[file].columns, *old[file].rows], [table.columns, *table.rows], fillvalue=()
-        )
+        rows = zip_longest((old[file].columns, *old[file].rows), (table.columns, *table.rows))
         for line, (before, after) in enumerate(rows, start=1):
-            for name, mine, other in zip_longest(table.columns, before, after, fillvalue="nothing"):
-                if mine != other:
-                    change = f"{mine or 'empty'} becomes {other or 'empty'}"
-                    return f"{file}, line {line}, {name}: {change}"
+            if before != after:
+                cells = zip_longest(table.columns, before or (), after or (), fillvalue="")
+                names = [f"{name} ({mine!r})" for name, mine, other in cells if mine != other]
+                return f"{file}, line {line}: {', '.join(names)} would change"
     return ""

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy
 import pandas
 
 from tt_precise.golden.solution import Rows, TrueSolution
 from tt_precise.golden.store import Folder, read_whole
-from tt_precise.golden.table import DIGITS, as_decimal
+from tt_precise.golden.table import as_decimal
 from tt_precise.mechanics.digits import RULE
-from tt_precise.mechanics.newton import NewtonState
-from tt_precise.runtime.plotting import new_figure, save, styled
 from tt_precise.runtime.values import InputError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -50,30 +42,6 @@ class Comparison:
             lines.append(f"  {self.unmatched} rows lie outside of the golden data: not compared")
         return "\n".join(lines)
 
-    @styled()
-    def figure(self) -> Figure:
-        """A picture of the digits over time: vectors above, the other columns below."""
-        vectors = [name for name in self.digits.index if name in NewtonState._fields]
-        others = [name for name in self.digits.index if name not in NewtonState._fields]
-        panels = [names for names in (vectors, others) if names]
-        figure = new_figure(9, 1 + 3.5 * len(panels))
-        shared = figure.subplots(len(panels), sharex=True, sharey=True, squeeze=False)
-        for axes, names in zip(shared.flat, panels, strict=True):
-            for name in names:
-                axes.plot(self.over_time["t"], self.over_time[name], label=name, linewidth=0.8)
-            axes.set_ylabel("significant correct digits")
-            axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
-        # only entries that happen to be exact (34 digits) may lie outside the picture
-        usual = self.over_time[list(self.digits.index)].quantile(0.97).max()
-        axes.set_ylim(0, min(DIGITS, 0 if math.isnan(usual) else usual) + 1)
-        axes.set_xlabel("t (s)")
-        figure.suptitle(f"{self.scene}: distance from the golden trajectory")
-        return figure
-
-    def save(self, path: str | Path) -> None:
-        """Write the picture in the format of the suffix of ``path`` (.png, .svg, .pdf)."""
-        save(self.figure(), path)
-
 
 BEYOND = 1 + 1e-12  # Factor of the end of golden data: a row there may be a rounding later.
 
@@ -81,21 +49,13 @@ BEYOND = 1 + 1e-12  # Factor of the end of golden data: a row there may be a rou
 def compare(frame: Any, scene: str | Path, *, folder: Folder = None) -> Comparison:
     """Count the correct digits of a trajectory by comparison with the golden data of ``scene``.
 
-    Parameters
-    ----------
-    frame
-        A ``Trajectory``, or a table with ``t`` (s) and any columns of the golden trajectory, in SI:
-        floats, decimal strings, or numbers of mpmath. Other columns are ignored. If all times are
-        golden, rows are compared exactly; otherwise the scene is integrated to 12 digits.
-    scene
-        A scene with golden data, as in ``load``.
-    folder
-        Folder of golden data, as in ``load``.
+    ``frame`` is a ``Trajectory``, or a table with ``t`` (s) and any columns of the golden
+    trajectory, in SI: floats, decimal strings, or numbers of mpmath. Other columns are ignored. If
+    all times are golden, rows are compared exactly; otherwise the scene is integrated to 12 digits.
+    ``scene`` and ``folder`` are those of ``load``.
 
-    Raises
-    ------
-    InputError
-        There are no golden data for the scene, no common column, or no time within them.
+    Raises ``InputError``: there are no golden data for the scene, no common column, or no time
+    within them.
     """
     stored = read_whole(scene, folder)
     golden = stored.trajectory
@@ -107,24 +67,15 @@ def compare(frame: Any, scene: str | Path, *, folder: Folder = None) -> Comparis
             + ", ".join(golden.columns[1:])
         )
     exact = {name: [as_decimal(value) for value in frame[name]] for name in ("t", *names)}
-    numbers = {
-        name: numpy.array([math.nan if x is None else float(x) for x in values])
-        for name, values in exact.items()
-    }
+    numbers = {name: numpy.array(values, dtype=float) for name, values in exact.items()}
     t, (first, *_, last) = numbers["t"], golden.floats("t")
     order = [row for row in numpy.argsort(t).tolist() if first <= t[row] <= BEYOND * last]
     if not order:
-        raise InputError(
-            f"t: got no time of the golden data, expected times between {first:g} and {last:g} s"
-        )
-
-    def exactly(row: int, columns: Sequence[str]) -> list[Decimal | None]:
-        return [exact[name][order[row]] for name in columns]
-
+        raise InputError(f"t: got no golden time, expected times between {first:g} and {last:g} s")
     rows = Rows(
         t[order],
         {name: numbers[name][order] for name in names},
-        exactly,
+        lambda row, columns: [exact[name][order[row]] for name in columns],
         lambda row: Fraction(exact["t"][order[row]] or 0),
     )
     distance = TrueSolution(stored.scene, stored.path.parent).distance(rows)

@@ -31,33 +31,24 @@ class GoldenFrame(pandas.DataFrame):
 def load(scene: str | Path, numbers: Numbers = "float", *, folder: Folder = None) -> GoldenFrame:
     """Return the golden trajectory of ``scene``, with ``.events`` and ``.manifest``.
 
-    Parameters
-    ----------
-    scene
-        A name from ``tt_precise.golden.scenes()`` or of your own data in ``golden``, the scene's
-        TOML file, or the folder of its data.
-    numbers
-        "float": float64, correctly rounded from the decimals, NaN where undefined;
-        "text": the decimals as published, "" where undefined;
-        "exact": mpmath numbers with all their digits, None where undefined.
-    folder
-        Folder of golden data; by default that of the package, then ``golden``.
+    ``scene`` is a name from ``tt_precise.golden.scenes()`` or of your own data in ``golden``, the
+    scene's TOML file, or the folder of its data. ``numbers`` are "float": float64, correctly
+    rounded from the decimals, NaN where undefined; "text": the decimals as published, "" where
+    undefined; or "exact": mpmath numbers with all their digits, None where undefined. ``folder`` is
+    that of golden data; by default that of the package, then ``golden``.
 
-    Raises
-    ------
-    InputError
-        The data do not exist or differ from their manifest.
+    Raises ``InputError``: the data do not exist or differ from their manifest.
     """
     require_name("numbers", numbers, get_args(Numbers))
     stored = read_whole(scene, folder)
-    frame = GoldenFrame(_columns(stored.trajectory, numbers))
-    frame.events = pandas.DataFrame(_columns(stored.events, numbers))
+    columns, events = (
+        {name: _converted(table, name, numbers) for name in table.columns}
+        for table in (stored.trajectory, stored.events)
+    )
+    frame = GoldenFrame(columns)
+    frame.events = pandas.DataFrame(events)
     frame.manifest = deepcopy(stored.manifest)  # the other one is cached
     return frame
-
-
-def _columns(table: Table, numbers: Numbers) -> dict[str, Array]:
-    return {name: _converted(table, name, numbers) for name in table.columns}
 
 
 def _converted(table: Table, name: str, numbers: Numbers) -> Array:

@@ -12,7 +12,7 @@ import math
 import platform
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import mpmath
 
@@ -73,6 +73,12 @@ def derive(scene: Scene, text: str, tables: dict[str, Table]) -> dict[str, Json]
         "digits": min((number for number in digits if number is not None), default=0),
         "files": files,
         "event_meanings": {name: MEANINGS[name] for name in happened},
+        "evidence": {
+            "constant_over_printed_rows": {
+                name: _floor_to_tenth(constant)
+                for name, constant in constancies(scene, tables[TRAJECTORY]).items()
+            }
+        },
     }
 
 
@@ -85,6 +91,7 @@ def compose(scene: Scene, consensus: Consensus, runs: Sequence[GoldenRun]) -> di
                 label: _floor_to_tenth(digits) for label, digits in agreements.items()
             }
     identity = {key: derived.pop(key) for key in ("scene", "title", "source", "model")}
+    evidence = derived.pop("evidence")
     return {
         "schema": FORMAT,
         **identity,
@@ -94,10 +101,7 @@ def compose(scene: Scene, consensus: Consensus, runs: Sequence[GoldenRun]) -> di
         "evidence": {
             "agreement": _floor_to_tenth(consensus.agreement),
             "runs": list(map(_computation, runs)),
-            "constant_over_printed_rows": {
-                integral.name: _floor_to_tenth(integral.digits)
-                for integral in constancies(scene, consensus.tables[TRAJECTORY])
-            },
+            **evidence,
             "events": "same list in every run; the directions of each event alternate",
         },
         "versions": versions(),
@@ -105,16 +109,15 @@ def compose(scene: Scene, consensus: Consensus, runs: Sequence[GoldenRun]) -> di
 
 
 def _computation(run: GoldenRun) -> dict[str, Json]:
-    content: dict[str, Json] = {
+    of_taylor = {"order": run.order, "tolerance": f"2^-{run.bits - 1}"} if run.order else {}
+    return {
         "name": run.label,
         "formulation": run.formulation,
         "bits": run.bits,
         "status": run.status,
         "rows": len(run.tables[TRAJECTORY].rows),
+        **of_taylor,
     }
-    if run.order:
-        content |= {"order": run.order, "tolerance": f"2^-{run.bits - 1}"}
-    return content
 
 
 def versions() -> dict[str, str]:
@@ -129,23 +132,8 @@ def _floor_to_tenth(digits: float) -> float | str:
     return "equal" if digits == math.inf else math.floor(digits * 10) / 10
 
 
-class Constancy(NamedTuple):
-    """The digits on which an integral agrees in all rows, and the worst row."""
-
-    name: str
-    digits: float
-    worst_row: int
-
-    @classmethod
-    def of(cls, name: str, drifts: Sequence[Scalar], context: Functions) -> Constancy:
-        """The constancy of an integral with these relative ``drifts``."""
-        worst = max(range(len(drifts)), key=drifts.__getitem__)
-        digits = -context.log10(drifts[worst]) if drifts[worst] else DIGITS
-        return cls(name, min(float(digits), float(DIGITS)), worst)
-
-
-def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
-    """The constancy of each conserved quantity, from the printed rows alone.
+def constancies(scene: Scene, trajectory: Table) -> dict[str, float]:
+    """The digits to which each conserved quantity is constant over the printed rows alone.
 
     ``jellett_euler`` is lambda from the printed Euler columns, eq (14), compared with its exact
     value at the start; it is left out where lambda is 0, and with a row at a pole.
@@ -161,10 +149,10 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
             Motion(body, kind(*state), wide, scene.model)
             for state in ([entry[0] for entry in entries], entries)
         )
-        results = [
-            Constancy.of(x.name, list(map(wide.back, drift(x, [first, rows])[1])), context)
+        results = {
+            x.name: _constancy(list(map(wide.back, drift(x, [first, rows])[1])), context)
             for x in conserved(scene.model, scene.body)
-        ]
+        }
     angles = [trajectory.column(name) for name in ("theta", "phi_dot", "omega_3")]
     finer = own_context(WORKING_DIGITS + GUARD_DIGITS)
     start = InitialState.in_si(scene, arithmetic_of(finer))
@@ -177,4 +165,10 @@ def constancies(scene: Scene, trajectory: Table) -> list[Constancy]:
         state = EulerState(theta, 0, phi_dot, omega_3, 0, 0)
         values = map(wide.back, euler.jellett(start.body.numbers(wide.number), state, wide))
     drifts = [abs(value - exact) / abs(exact) for value in values]
-    return [*results, Constancy.of("jellett_euler", drifts, context)]
+    return {**results, "jellett_euler": _constancy(drifts, context)}
+
+
+def _constancy(drifts: Sequence[Scalar], context: Functions) -> float:
+    """The digits to which an integral with these relative ``drifts`` is constant."""
+    largest = max(drifts)
+    return min(float(-context.log10(largest)), float(DIGITS)) if largest else float(DIGITS)

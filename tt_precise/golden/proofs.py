@@ -3,7 +3,7 @@
 ``golden certify`` proves that every printed number is correctly rounded, and that every event
 exists and is the only one. So a table encloses itself: the exact number of a cell is within half a
 unit of its last digit. ``proof.json`` has the other statements, and the hashes of the proved scene
-and tables; ``complaints`` compares the hashes. Only a proof can decide whether the statements are
+and tables; ``read_proof`` compares the hashes. Only a proof can decide whether the statements are
 true: ``golden certify --check`` proves them again.
 """
 
@@ -23,25 +23,19 @@ from tt_precise.golden.table import DIGITS, LABELS, ZERO, last_digit_exponent, m
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime import records
-from tt_precise.runtime.values import InputError, Json, Scalar
+from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.scene import Scene
 
 
+@dataclass(frozen=True)
 class Interval:
     """A closed interval with exact ends that contains an exact value.
 
-    A comparison is true if it is true for all numbers of the interval.
+    A comparison is true if it is true for all numbers of the intervals.
     """
 
-    __slots__ = ("high", "low")
-
-    def __init__(self, low: Fraction, high: Fraction):
-        self.low, self.high = low, high
-
-    @classmethod
-    def of(cls, number: Scalar) -> Interval:
-        """The interval of a rational number, or the interval itself."""
-        return number if isinstance(number, Interval) else cls(Fraction(number), Fraction(number))
+    low: Fraction
+    high: Fraction
 
     @classmethod
     def around(cls, middle: str, radius: str) -> Interval:
@@ -71,38 +65,20 @@ class Interval:
         yield self.low
         yield self.high
 
-    def __repr__(self) -> str:
-        return f"Interval({float(self.low):.17g}, {float(self.high):.17g})"
+    def __lt__(self, other: Interval) -> bool:
+        return self.high < other.low
 
-    def __lt__(self, other: Scalar) -> bool:
-        return self.high < Interval.of(other).low
+    def __gt__(self, other: Interval) -> bool:
+        return self.low > other.high
 
-    def __gt__(self, other: Scalar) -> bool:
-        return self.low > Interval.of(other).high
+    def __sub__(self, other: Interval) -> Interval:
+        return Interval(self.low - other.high, self.high - other.low)
 
-    def __add__(self, other: Scalar) -> Interval:
-        y = Interval.of(other)
-        return Interval(self.low + y.low, self.high + y.high)
-
-    def __neg__(self) -> Interval:
-        return Interval(-self.high, -self.low)
-
-    def __sub__(self, other: Scalar) -> Interval:
-        return self + -Interval.of(other)
-
-    def __mul__(self, other: Scalar) -> Interval:
-        y = Interval.of(other)
-        corners = [a * b for a in self for b in y]
-        return Interval(min(corners), max(corners))
-
-    def __truediv__(self, other: Scalar) -> Interval:
-        y = Interval.of(other)
-        if y.low <= 0 <= y.high:
+    def __truediv__(self, other: Interval) -> Interval:
+        if other.low <= 0 <= other.high:
             raise ZeroDivisionError("an interval that contains zero")
-        return self * Interval(1 / y.high, 1 / y.low)
-
-    __radd__ = __add__
-    __rmul__ = __mul__
+        corners = [a / b for a in self for b in other]
+        return Interval(min(corners), max(corners))
 
 
 Event = dict[str, Interval]  # time and columns of the state there; and ``direction``, +1 or -1
@@ -110,7 +86,7 @@ Event = dict[str, Interval]  # time and columns of the state there; and ``direct
 
 @dataclass(frozen=True)
 class TableProof:
-    """The proof of one scene's golden tables, valid if ``complaints`` is empty."""
+    """The valid proof of one scene's golden tables."""
 
     content: dict[str, Json]
     digits: int
@@ -121,50 +97,42 @@ class TableProof:
         return {"digits": self.digits, **{n: self.content[n] for n in ("rounded", "entries")}}
 
 
-def read_proof(name: str, folder: Path | None = None) -> TableProof | None:
-    """The proof of the golden tables ``name``; None if there is none.
+def read_proof(stored: Stored) -> TableProof | None:
+    """The valid proof of golden tables; None if there is none.
 
-    Raises ``InputError``: the file cannot be used.
+    Raises ``InputError``: the file cannot be used, or contradicts the tables.
     """
-    path = (folder or store.home()) / name
-    if not (path / PROOF).is_file():
+    path, again = stored.path / PROOF, f"; run `tt-precise golden certify {stored.name}`"
+    if not path.is_file():
         return None
     try:
-        content = records.read_as_record(path / PROOF, ProofRecord, "a proof")
+        content = records.read_as_record(path, ProofRecord, "a proof")
     except (InputError, OSError, ValueError) as error:
-        again = f"run `tt-precise golden certify {name}`"
-        raise InputError(f"{name}: the proof cannot be used ({error}); {again}") from None
-    return TableProof(content, store.read_files(name, path.parent).manifest["digits"])
+        raise InputError(f"{stored.name}: the proof cannot be used ({error}){again}") from None
+    for problem in _contradictions(stored, content):
+        raise InputError(f"{problem}{again}")
+    return TableProof(content, stored.manifest["digits"])
 
 
-def complaints(stored: Stored, record: TableProof) -> list[str]:
-    """Contradictions between golden tables and their proof; [] if none."""
-    content, again = record.content, f"; run `tt-precise golden certify {stored.name}`"
-    problems = []
+def _contradictions(stored: Stored, content: dict[str, Json]) -> Iterator[str]:
     if content["scene_sha256"] != store.scene_sha256(stored.scene_text):
-        problems.append(f"{PROOF}: about another scene than {SCENE} says{again}")
-    problems += [
-        f"{file}: not the table that was proved{again}"
-        for file, table in stored.tables.items()
-        if content[file]["sha256"] != table.sha256
-    ]
+        yield f"{PROOF}: about another scene than {SCENE} says"
+    for file, table in stored.tables.items():
+        if content[file]["sha256"] != table.sha256:
+            yield f"{file}: not the table that was proved"
+        yield from malformed_cells(file, table)
     if content["rounded"] != content["entries"]:
-        problems.append(f"{PROOF}: not every number is proved{again}")
-    return problems or [line for line in store.changes(stored) if line.startswith(PROOF)]
+        yield f"{PROOF}: not every number is proved"
+    yield from (line for line in store.changes(stored) if line.startswith(PROOF))
 
 
 def summary(stored: Stored) -> dict[str, Json] | None:
     """The proved digits and numbers, or the ``problem`` of the proof; None without a proof."""
     try:
-        record = read_proof(stored.name, stored.path.parent)
+        record = read_proof(stored)
     except InputError as error:
         return {"problem": str(error)}
-    if record is None:
-        return None
-    malformed = [x for file, table in stored.tables.items() for x in malformed_cells(file, table)]
-    for problem in (*malformed, *complaints(stored, record)):
-        return {"problem": problem}
-    return record.summary
+    return record.summary if record else None
 
 
 def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:
@@ -185,7 +153,7 @@ def proved_events(stored: Stored) -> dict[str, list[Event]]:
     events: dict[str, list[Event]] = {}
     for position, row in enumerate(stored.events.rows):
         event = row_intervals(stored, EVENTS, position)
-        event["direction"] = Interval.of(int(row[2]))
+        event["direction"] = Interval(Fraction(row[2]), Fraction(row[2]))
         events.setdefault(row[0], []).append(event)
     return events
 
@@ -295,12 +263,10 @@ def established(scene: Scene, folder: Path | None = None) -> Established:
         why = f"{scene.name}: the golden data are those of another start, body or horizon"
         return Established(why=why)
     try:
-        record = read_proof(scene.name, folder)
+        record = read_proof(stored)
     except InputError as error:
         return Established(why=str(error))
     if record is None:
         again = f"`tt-precise golden certify {scene.name}` makes it"
         return Established(why=f"{scene.name}: no {PROOF}; {again}")
-    if spoiled := complaints(stored, record):
-        return Established(why=spoiled[0])
     return Established(stored, record)

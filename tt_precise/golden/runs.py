@@ -8,10 +8,11 @@ text, and each scene is computed in a separate process.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from functools import cmp_to_key
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
@@ -53,7 +54,7 @@ class GoldenRun:
 
     The trajectory has the scene's sample times and, as last row, an end of the solution before its
     horizon, but for a pole, where only the angles end. The events have the event that ends the
-    motion. ``suspects`` names events whose directions do not alternate: an event may be missing.
+    motion.
     """
 
     label: str
@@ -62,7 +63,6 @@ class GoldenRun:
     order: int
     status: str
     tables: dict[str, Table]
-    suspects: tuple[str, ...] = ()
 
 
 def columns(scene: Scene) -> Cells:
@@ -88,8 +88,6 @@ def perform(
     frame = run.frame(*names[1:], numbers="text")
     cells = {name: [x if isinstance(x, str) else "" for x in frame[name]] for name in names}
     samples, happened = Table.of_columns(cells), events_table(run, names)
-    directions = ((row[0], int(row[2])) for row in happened.rows)
-    suspects = catalogue.not_alternating(directions)
     rows = [*happened.rows]
     if run.status not in WITHOUT_LAST_EVENT:  # contact ends where a function falls to zero
         time, *state = samples.rows[-1]
@@ -103,7 +101,6 @@ def perform(
         order=run.order,
         status=run.status,
         tables={TRAJECTORY: samples, EVENTS: Table(happened.columns, tuple(in_order(rows)))},
-        suspects=suspects,
     )
 
 
@@ -121,18 +118,13 @@ def events_table(trajectory: Trajectory, names: Sequence[str]) -> Table:
 def in_order(events: Sequence[Cells]) -> list[Cells]:
     """Events by time; simultaneous ones in the order of the catalogue."""
 
-    def before(event: Cells, other: Cells) -> bool:
-        time, earlier = Decimal(event[1]), Decimal(other[1])
-        at_once = time - earlier <= SAME_TIME * time
-        return at_once and ORDER.index(event[0]) < ORDER.index(other[0])
+    def order(event: Cells, other: Cells) -> int:
+        time, later = Decimal(event[1]), Decimal(other[1])
+        if abs(time - later) <= SAME_TIME * max(time, later):
+            return ORDER.index(event[0]) - ORDER.index(other[0])
+        return int(time > later) - int(time < later)
 
-    ordered: list[Cells] = []
-    for event in sorted(events, key=lambda event: Decimal(event[1])):
-        position = len(ordered)
-        while position and before(event, ordered[position - 1]):
-            position -= 1
-        ordered.insert(position, event)
-    return ordered
+    return sorted(events, key=cmp_to_key(order))
 
 
 Agreements = dict[str, dict[str, float]]
@@ -189,11 +181,10 @@ def reconcile(scene: Scene, runs: Sequence[GoldenRun]) -> Consensus:
             raise ArithmeticError(
                 f"{scene.name}: {first.label} ended {first.status}, {run.label} {run.status}"
             )
-        if run.suspects:
-            raise ArithmeticError(
-                f"{scene.name}: {run.label} may have missed an event: {', '.join(run.suspects)}"
-            )
-        for difference in _other_events(first, run):
+        events = ((row[0], int(row[2])) for row in run.tables[EVENTS].rows)
+        if missing := ", ".join(catalogue.not_alternating(events)):
+            raise ArithmeticError(f"{scene.name}: {run.label} may have missed an event: {missing}")
+        if difference := _other_events(first, run):
             raise ArithmeticError(f"{scene.name}: {first.label} has {difference} in {run.label}")
     if not any(run.tables[TRAJECTORY].rows for run in others):
         raise ArithmeticError(f"{scene.name}: no run has a row to compare with {first.label}")
@@ -211,18 +202,17 @@ def reconcile(scene: Scene, runs: Sequence[GoldenRun]) -> Consensus:
     return Consensus(first.status, tables, agreements, tuple(contradictions))
 
 
-def _other_events(first: GoldenRun, run: GoldenRun) -> Iterator[str]:
-    """The first event in which two runs differ; after a pole a run has no events."""
+def _other_events(first: GoldenRun, run: GoldenRun) -> str:
+    """The first event in which two runs differ, or ""; after a pole a run has no events."""
     for mine, other in zip_longest(first.tables[EVENTS].rows, run.tables[EVENTS].rows):
         if other is None and run.status == "pole":
-            return
+            break
         if mine is None or other is None or (mine[0], mine[2]) != (other[0], other[2]):
-            own, different = (
+            return ", ".join(
                 f"{row[0]} ({row[2]}) at {float(row[1]):.9g} s" if row else "no further event"
                 for row in (mine, other)
             )
-            yield f"{own}, {different}"
-            return
+    return ""
 
 
 def _scales(scene: Scene, runs: Sequence[GoldenRun]) -> dict[str, Decimal]:

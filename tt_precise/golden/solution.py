@@ -107,33 +107,26 @@ class TrueSolution:
         self.scene, self._folder, self._progress = scene, folder, progress
         self._runs: dict[tuple[float, float, tuple[str, ...]], Trajectory] = {}
 
-    @property
-    def golden(self) -> Stored | None:
-        """The golden data of the scene, if there are any."""
-        return self._golden[0]
-
-    def require_golden(self) -> None:
-        """Raise ``InputError`` for unusable golden data, or a named folder without golden data."""
-        _, absent = self._golden
-        if absent and self._folder is not None:
-            raise InputError(f"folder: {absent}")
-
     @cached_property
-    def _golden(self) -> tuple[Stored | None, str]:
-        """The golden data, or the reason why there are none."""
+    def golden(self) -> Stored | None:
+        """The golden data of the scene, if there are any of this body and start."""
         own = self.scene
         try:
             path = locate(own.name, self._folder)
         except InputError:
-            path = None
-        if path is None or not (path / MANIFEST).is_file():
-            where = "" if self._folder is None else f" in {self._folder}"
-            return None, f"no golden data of a scene {own.name}{where}"
+            return None
+        if not (path / MANIFEST).is_file():
+            return None
         stored = read_whole(own.name, path.parent)
         scene = stored.scene
-        if (scene.model, scene.body, scene.start) != (own.model, own.body, own.start):
-            return None, f"the golden data of {own.name} are of another body or start"
-        return stored, ""
+        same = (scene.model, scene.body, scene.start) == (own.model, own.body, own.start)
+        return stored if same else None
+
+    def require_golden(self) -> None:
+        """Raise ``InputError`` for unusable golden data, or a named folder without golden data."""
+        if self.golden is None and self._folder is not None:
+            own = f"{self.scene.name} in {self._folder} with this body and start"
+            raise InputError(f"folder: no golden data of a scene {own}")
 
     @cached_property
     def _times(self) -> Array:

@@ -17,8 +17,8 @@ from decimal import Decimal
 from functools import cached_property, lru_cache
 from pathlib import Path
 
-from tt_precise.golden.table import FORMAT, Table
-from tt_precise.runtime.files import MISSHAPEN, atomic_write, parse_toml, read_json, shipped
+from tt_precise.golden.table import Table
+from tt_precise.runtime.files import atomic_write, parse_toml, read_json, shipped
 from tt_precise.runtime.values import InputError, Json, wrong_name
 from tt_precise.scene.scene import Scene, parse_scene
 
@@ -139,17 +139,13 @@ def read_files(scene: str | Path, folder: Folder = None) -> Stored:
 
     Raises ``InputError``: there are no such data, or a file is missing or unreadable.
     """
-    from tt_precise.golden.documents import Manifest  # what only reads whole data does without
+    from tt_precise.golden.documents import Manifest  # needed by those who read data only
     from tt_precise.runtime.records import read_as_record
 
     path = require(scene, folder)
-    read_as_record(path / MANIFEST, Manifest, DOCUMENT)
-    return _stored_in(path)
-
-
-def _stored_in(path: Path) -> Stored:
+    manifest = read_as_record(path / MANIFEST, Manifest, DOCUMENT)
     tables = {file: _table(path / file) for file in (TRAJECTORY, EVENTS)}
-    return Stored(path, _text(path / SCENE), tables, read_json(path / MANIFEST, DOCUMENT))
+    return Stored(path, _text(path / SCENE), tables, manifest)
 
 
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
@@ -165,17 +161,10 @@ def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
 
 @lru_cache(maxsize=64)
 def _whole(path: Path, manifest: str) -> Stored:
-    stored = _stored_in(path)
-    try:
-        problems = changes(stored)
-        problems += [] if stored.manifest["schema"] == FORMAT else [MANIFEST]
-    except MISSHAPEN:
-        problems = [MANIFEST]
-    if problems:
-        _ = read_files(path.name, path.parent).scene  # refuses another form
-        raise InputError(
-            f"{stored.name}: {problems[0]}; `tt-precise golden verify {stored.name}` says where"
-        )
+    stored = read_files(path.name, path.parent)
+    for problem in changes(stored):
+        again = f"`tt-precise golden verify {stored.name}` says where"
+        raise InputError(f"{stored.name}: {problem}; {again}")
     return stored
 
 
@@ -202,20 +191,17 @@ def _json_hash(content: Json) -> str:
 
 def changes(stored: Stored) -> list[str]:
     """Return a line for each file whose hash differs from the manifest."""
-    hashes = {SCENE: scene_sha256(stored.scene_text)}
-    hashes |= {file: table.sha256 for file, table in stored.tables.items()}
-    proof = proof_sha256(stored.path)
-    if proof is not None:
-        hashes[PROOF] = proof
+    tables = {file: table.sha256 for file, table in stored.tables.items()}
+    hashes = {SCENE: scene_sha256(stored.scene_text), **tables, PROOF: proof_sha256(stored.path)}
     listed = {file: entry["sha256"] for file, entry in stored.manifest["files"].items()}
     again = f"; run `tt-precise golden certify {stored.name}`"
     lines = []
-    for file in dict.fromkeys([*hashes, *listed]):
-        if file not in hashes:
+    for file, sha256 in hashes.items():
+        if sha256 is None and file in listed:
             lines.append(f"{file}: missing, but {MANIFEST} lists it{again}")
-        elif file not in listed:
+        elif sha256 is not None and file not in listed:
             lines.append(f"{file}: not listed in {MANIFEST}{again}")
-        elif hashes[file] != listed[file]:
+        elif sha256 != listed.get(file):
             lines.append(f"{file}: changed since it was written; `git diff` may show where")
     return lines
 

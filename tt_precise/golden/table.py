@@ -74,6 +74,9 @@ class Table:
     def column(self, name: str) -> tuple[str, ...]:
         return self._cells[self.columns.index(name)]
 
+    def cells(self, row: int, names: Sequence[str]) -> list[str]:
+        return [self.column(name)[row] for name in names]
+
     def floats(self, name: str) -> tuple[float, ...]:
         """The numbers under ``name``, rounded to double; NaN where a cell is empty."""
         return tuple(float(cell) if cell else math.nan for cell in self.column(name))

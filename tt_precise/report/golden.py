@@ -93,13 +93,10 @@ def proof_section() -> Section:
 def _proof(name: str) -> tuple[str, TableProof | None]:
     """Return the state of a scene's proof in words, and the proof if it is valid."""
     try:
-        proof = proofs.read_proof(name)
-        complaints = [] if proof is None else proofs.complaints(store.read_files(name), proof)
+        proof = proofs.read_proof(store.read_files(name))
     except InputError as error:
         return str(error), None
-    if proof is None or complaints:
-        return (*complaints, "none")[0], None
-    return "whole", proof
+    return ("whole" if proof else "none"), proof
 
 
 def _contact(contact: dict[str, Json]) -> str:
