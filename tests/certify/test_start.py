@@ -1,4 +1,4 @@
-"""How functions begin: exact orders and signs, against series in mpmath and in balls."""
+"""How functions begin: exact orders and signs, and proofs that another run does not contradict."""
 
 import os
 import random

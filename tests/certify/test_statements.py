@@ -217,18 +217,10 @@ def test_examples_of_the_docstring_run() -> None:
     assert (found.failed, found.attempted > 3) == (0, True)
 
 
-@pytest.fixture(scope="module")
-def whole() -> Proof:
-    """All 8 s of the reference scene: minutes."""
-    made = prove("reference")
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2 * 1024**2  # KiB
-    assert len(made.observations.rows) == 801
-    return made
-
-
 @pytest.mark.proofs
-def test_times_of_the_climb_are_those_of_heyoka(whole: Proof) -> None:
-    run = tt.integrate("reference", precision="quad")
+def test_times_of_the_climb_are_those_of_heyoka() -> None:
+    whole, run = prove("reference"), tt.integrate("reference", precision="quad")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < 2 * 1024**2  # KiB
     for definition, name in product("ABC", ("t_init", "t_end")):
         ball = getattr(getattr(whole.inversion, definition), name)
         assert ball.rad() < arb("1e-26")
