@@ -218,10 +218,7 @@ def solution(
     slopes: list[PowerSeries] = []
 
     def component(i: int, first: Scalar) -> PowerSeries:
-        def rule(c: list[Scalar], n: int) -> Scalar:
-            return slopes[i][n - 1] / n if n > 1 else slopes[i][0]
-
-        return PowerSeries(rule, [first])
+        return PowerSeries(lambda c, n: slopes[i][n - 1] / n if n > 1 else slopes[i][0], [first])
 
     components = [component(i, first) for i, first in enumerate(start)]
     for rate in rates(components):
