@@ -112,7 +112,7 @@ MUTANTS = [
         ("Balls.exp: lambda c, a: (c,)", "Balls.exp: lambda c, a: (c * 0 + 1,)"),
     ),
     *of(M, "constants_are_finite",
-        ("if any(isinstance(x, arb) and not x.is_finite() for x in formula):", "if False:"),
+        ("if any(isinstance(x, arb) and not x.is_finite() for x in others):", "if False:"),
     ),
     *of(K, "constants_are_finite", ("if not all(x.is_finite() for x in state):", "if False:")),
     *of(K, "guesses_that_are_none_are_refused",

@@ -8,7 +8,9 @@ import pytest
 from flint import arb
 
 from tt_precise.certify.balls import bounds, outward
-from tt_precise.certify.compare import WHOLE, rounding_of
+from tt_precise.certify.compare import WHOLE, Enclosed, TableEvent, rounding_of
+from tt_precise.golden.store import EVENTS
+from tt_precise.scene.scene import load_scene
 
 
 @pytest.mark.parametrize(
@@ -45,6 +47,16 @@ def test_a_printed_zero_needs_a_ball_near_zero(
     middle: int, radius: float, verdict: bool | None
 ) -> None:
     assert rounding_of("0", arb(middle, radius), Fraction(1, 10**34)) is verdict
+
+
+def test_events_stand_in_order_of_time_and_at_one_instant_of_the_catalogue() -> None:
+    events = {
+        name: [TableEvent(1, arb(time), {})]
+        for name, time in (("equator", "0.5"), ("theta_max", "1"), ("theta_min", "1"))
+    }
+    for kinds in (events, dict(reversed(events.items()))):
+        rows = Enclosed([], kinds).tables(load_scene("reference"))[EVENTS].rows
+        assert [row[0] for row in rows] == ["equator", "theta_min", "theta_max"]
 
 
 def test_cells_in_their_form_and_in_others() -> None:

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Decimal, localcontext
 from fractions import Fraction
 from itertools import product
+from operator import methodcaller
 
 from flint import arb, arb_poly, fmpq
 
@@ -31,30 +32,16 @@ class NotProved(ArithmeticError):  # noqa: N818 - a verdict, not a mistake
 class Balls:
     """The elementary functions of the mechanics, on balls.
 
-    Roots and exponentials also work on power series, Taylor models and operations.
+    Roots and exponentials also work on power series, Taylor models and operations. The root of a
+    ball that reaches below zero is not a number.
     """
 
     mpf = arb  # of a whole number
-
-    @staticmethod
-    def sin(x: Scalar) -> Scalar:
-        return arb(x).sin()
-
-    @staticmethod
-    def cos(x: Scalar) -> Scalar:
-        return arb(x).cos()
-
-    @staticmethod
-    def sqrt(x: Scalar) -> Scalar:
-        return x.sqrt()  # not a number where a ball reaches below zero
-
-    @staticmethod
-    def exp(x: Scalar) -> Scalar:
-        return x.exp()
-
-    @staticmethod
-    def acos(x: Scalar) -> Scalar:
-        return arb(x).acos()
+    sin = staticmethod(lambda x: arb(x).sin())
+    cos = staticmethod(lambda x: arb(x).cos())
+    acos = staticmethod(lambda x: arb(x).acos())
+    sqrt = staticmethod(methodcaller("sqrt"))
+    exp = staticmethod(methodcaller("exp"))
 
     @staticmethod
     def atan2(y: Scalar, x: Scalar) -> Scalar:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partialmethod
 from operator import add, call, mul, neg
 from typing import NamedTuple
 
@@ -47,29 +48,19 @@ class Operation(Field):
     def __init__(self, operations: dict[Scalar, Operation], *formula: Scalar):
         self.all, self.formula = operations, formula
 
-    def _result(self, *formula: Scalar) -> Operation:
-        if any(isinstance(x, arb) and not x.is_finite() for x in formula):
+    def _result(self, operation: Callable[..., Scalar], *others: Scalar) -> Operation:
+        if any(isinstance(x, arb) and not x.is_finite() for x in others):
             raise NotProved("balls", "a constant of the equations is not finite")
+        formula = (operation, self, *others)
         key = tuple(x.repr() if isinstance(x, arb) else x for x in formula)
         return self.all.setdefault(key, Operation(self.all, *formula))
 
-    def __add__(self, other: Scalar) -> Operation:
-        return self._result(add, self, other)
-
-    def __neg__(self) -> Operation:
-        return self._result(neg, self)
-
-    def __mul__(self, other: Scalar) -> Operation:
-        return self._result(mul, self, other)
-
-    def inverse(self) -> Operation:
-        return self._result(inverse, self)
-
-    def sqrt(self) -> Operation:
-        return self._result(Balls.sqrt, self)
-
-    def exp(self) -> Operation:
-        return self._result(Balls.exp, self)
+    __add__ = partialmethod(_result, add)
+    __neg__ = partialmethod(_result, neg)
+    __mul__ = partialmethod(_result, mul)
+    inverse = partialmethod(_result, inverse)
+    sqrt = partialmethod(_result, Balls.sqrt)
+    exp = partialmethod(_result, Balls.exp)
 
 
 class Rates:

@@ -89,13 +89,11 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
         lambda_, energy = jellett(q), QUANTITIES["E"].evaluate(q)
         z = state.kz
         never = bool(energy_excludes(body, energy, lambda_, z))
-        reason = "without friction nothing approaches a spin"
-        if scene.model == "gliding" and scene.body.mu:
-            try:
-                pole = trapping_region(scene, scene.until, state).pole
-                return End("inverted" if pole < 0 else "upright", CONFINED), never
-            except NotProved as error:
-                reason = f"energy and lambda do not confine it at the end: {error.reason}"
+        try:
+            pole = trapping_region(scene, scene.until, state).pole
+            return End("inverted" if pole < 0 else "upright", CONFINED), never
+        except NotProved as error:
+            reason = f"energy and lambda do not confine it at the end: {error.reason}"
         if energy_excludes(body, energy, lambda_, z, to=-1):
             return End("not_inverted", _barrier(body, energy, lambda_, z)), never
         return End("undecided", reason), never

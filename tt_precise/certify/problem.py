@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 from flint import arb, fmpq
@@ -28,6 +29,8 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 
 BALLS = Arithmetic(Balls, ball)
+contact_force = QUANTITIES["g_n"].evaluate  # Keeps a top on the table while it is positive.
+_height = attrgetter("state.height")
 
 
 @dataclass(frozen=True)
@@ -161,15 +164,6 @@ def _mirrored(scene: Scene, onset: Onset) -> dict[str, tuple[Function, int]]:
         return {"phi_dot_zero": (turn, onset.sign(turn, 1))} if onset.order(turn) == 1 else {}
     except NotProved:
         return {}
-
-
-def contact_force(q: Motion) -> Scalar:
-    """The contact force g_n, which keeps a top on the table while it is positive."""
-    return QUANTITIES["g_n"].evaluate(q)
-
-
-def _height(q: Motion) -> Scalar:
-    return q.state.height
 
 
 def _pull(q: Motion) -> Scalar:

@@ -104,15 +104,9 @@ class FormalFunctions:
 
     square = ZERO
 
-    def sin(self, angle: Scalar) -> Formal:
-        return Formal(fmpq_poly([0, 2]), NONE, fmpq_poly([1, 0, 1]))
-
-    def cos(self, angle: Scalar) -> Formal:
-        return Formal(fmpq_poly([1, 0, -1]), NONE, fmpq_poly([1, 0, 1]))
-
-    def acos(self, x: Scalar) -> arb:
-        """Return NaN, because an angle is no formal number."""
-        return arb.nan()
+    sin = staticmethod(lambda angle: Formal(fmpq_poly([0, 2]), NONE, fmpq_poly([1, 0, 1])))
+    cos = staticmethod(lambda angle: Formal(fmpq_poly([1, 0, -1]), NONE, fmpq_poly([1, 0, 1])))
+    acos = staticmethod(lambda x: arb.nan())  # an angle is no formal number
 
     def exp(self, x: Scalar) -> Scalar:
         return x.exp() if isinstance(x, PowerSeries) else Formal.of(x).exp()

@@ -105,10 +105,6 @@ def forever(
     Raises ``NotProved``: there is none even at the end; the scene may have to be proved for
     longer.
     """
-    if scene.model != "gliding" or not scene.body.mu:
-        raise NotProved("W3", "without friction nothing tends to a vertical spin")
-    if scene.start.theta.at_pole:
-        raise NotProved("W4", "the axis is vertical from the start, and nothing tends to it")
     with flint.ctx.workprec(WELL_BITS):
         last = first = trapping_region(scene, times[-1], state(times[-1]))
         # where there is one at one time, there is one at all later times, too
@@ -144,6 +140,10 @@ class _Well:
     """The states that a motion may reach with an energy no higher than ``now``."""
 
     def __init__(self, scene: Scene, now: NewtonState):
+        if scene.model != "gliding" or not scene.body.mu:
+            raise NotProved("W3", "without friction nothing tends to a vertical spin")
+        if scene.start.theta.at_pole:
+            raise NotProved("W4", "the axis is vertical from the start, and nothing tends to it")
         if not scene.body.friction.smooth_at_rest:
             raise NotProved("W2", f"{scene.body.law} has no derivative where v = 0")
         start = InitialState.of(scene, BALLS)
