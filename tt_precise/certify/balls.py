@@ -67,7 +67,7 @@ def ball(value: Fraction) -> arb:
 
 
 def largest(numbers: Iterable[arb]) -> arb:
-    """An exact number that none of the balls exceeds.
+    """An exact number, at least 0, that none of the balls exceeds.
 
     Raises ``NotProved``: a ball is not finite. (A comparison with NaN is false, so ``max`` would
     ignore it.)
@@ -75,7 +75,7 @@ def largest(numbers: Iterable[arb]) -> arb:
     tops = [number.upper() for number in numbers]
     if not all(top.is_finite() for top in tops):
         raise NotProved("balls", "a bound is not finite")
-    return max(tops)
+    return max([arb(0), *tops])
 
 
 def fraction(number: arb) -> Fraction:

@@ -46,7 +46,7 @@ enclosed at every time.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -173,10 +173,10 @@ def advance(
         flow = propose.flow(jacobian, low)
         q = _error_of_flow(jacobian, flow, low, w)
     d, before = (
-        _largest(abs(x / weight) for x, weight in zip(numbers, w, strict=True))
+        largest(abs(x / weight) for x, weight in zip(numbers, w, strict=True))
         for numbers in (defects, e0)
     )
-    a = _largest(_row(row, i, w) for i, row in enumerate(band))
+    a = largest(_row(row, i, w) for i, row in enumerate(band))
     growth = (a * length).exp().upper()
     bound = ((before + d * length) * growth).upper()
     bounds = {i: (bound * weight).upper() for i, weight in zip(free, w, strict=True)}
@@ -222,10 +222,6 @@ def _widened(values: Sequence[Any], radii: Sequence[arb]) -> list[Any]:
     return [x if r.is_zero() else x + arb(0, r) for x, r in zip(values, radii, strict=True)]
 
 
-def _largest(numbers: Iterable[arb]) -> arb:
-    return largest([arb(0), *numbers])
-
-
 def _jacobian(
     rates: Rates, tube: Sequence[TaylorModel], free: Sequence[int], p: Sequence[arb_poly]
 ) -> list[list[arb_poly]]:
@@ -267,4 +263,4 @@ def _error_of_flow(
                     rest += entry * flow[k][j]
             bound += abs(rest(low.interval)) * w[j] / w[i]
         sums.append(bound)
-    return _largest(sums)
+    return largest(sums)

@@ -36,7 +36,6 @@ from tt_precise.scene.numerals import as_fraction
 
 # The estimate of the digits is a model, not a bound: the balls are ten times as wide.
 WIDENING = 10
-CONFINED = "energy and lambda confine it"
 
 
 class Equator(NamedTuple):
@@ -91,7 +90,7 @@ def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
         never = bool(energy_excludes(body, energy, lambda_, z))
         try:
             pole = trapping_region(scene, scene.until, state).pole
-            return End("inverted" if pole < 0 else "upright", CONFINED), never
+            return End("inverted" if pole < 0 else "upright", "energy and lambda confine it"), never
         except NotProved as error:
             reason = f"energy and lambda do not confine it at the end: {error.reason}"
         if energy_excludes(body, energy, lambda_, z, to=-1):

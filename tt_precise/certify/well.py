@@ -183,7 +183,7 @@ class _Well:
             depth, step = beyond, step if i < SLICES else step * WIDER
             surplus = self.highest - arb(least_energy(body, z, lambda_))
             if surplus < 0 and i > SLICES:
-                return -largest(-force for force in forces), (1 - z * z).sqrt().upper()
+                return min(forces), (1 - z * z).sqrt().upper()
             if (tumbling_lambda_squared(body, z) - lambda_ * lambda_).contains(0):
                 raise NotProved("W1", "a tumbling motion with this lambda is not excluded")
             forces.append(self._force(z, 2 * surplus.nonnegative_part().upper(), speed))
