@@ -15,6 +15,7 @@ from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene.scene import Scene, load_scene
 
 Spoil = Callable[[Any, Any], Any]
+Spoiler = Callable[[str, Spoil], None]
 
 
 def changed(scene: Scene, **parts: str) -> Scene:
@@ -88,7 +89,7 @@ def toppling(reference: Scene) -> Scene:
 
 
 @pytest.fixture
-def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Spoil], None]:
+def spoiled_rates(monkeypatch: pytest.MonkeyPatch) -> Spoiler:
     """Replace the gliding equations in "newton" or "euler" form by wrongly computed ones."""
 
     def spoil(coordinates: str, change: Spoil) -> None:

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tt_precise.check import conservation
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.pose import Pose
 from tt_precise.runtime.values import InputError
@@ -17,18 +16,6 @@ def test_the_columns_and_their_order(double: Trajectory) -> None:
     assert list(last)[:6] == ["t", "theta", "qx", "qy", "qz", "qw"]
     assert all(first[name][0] == last[name][0] for name in first)
     assert last["theta"][0] == pytest.approx(double.at("0.1").theta, rel=1e-12)
-
-
-@pytest.mark.usefixtures("no_cause")
-@pytest.mark.evidence
-def test_it_passes_as_the_rigid_body_of_an_engine(double: Trajectory) -> None:
-    """The whole way, both poles nearly met: k, L and v_A of the pose are the scene's."""
-    frame = double.frame(pose=True)
-    found = conservation(frame, "reference", digits=9)
-    assert found.passed, str(found)
-    assert found.columns == "rigid body"
-    wrong = frame.rename(columns={"qw": "qx", "qx": "qw"})
-    assert not conservation(wrong, "reference").passed
 
 
 def test_it_turns_as_fast_as_the_angular_velocity_says(half_quad: Trajectory) -> None:

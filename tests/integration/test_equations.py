@@ -1,15 +1,11 @@
 """The integrated equations: recorded quadratures, series of the solution, longest steps."""
 
-from typing import Any
-
 import pytest
 
 from tt_precise.integration.equations import (
-    LARGE_TILT,
     QUADRATURE_SCALE,
     QUADRATURES,
     Layout,
-    longest_step,
 )
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.formulations import integration_form
@@ -50,15 +46,3 @@ def test_series_satisfy_the_equations(reference: Scene) -> None:
     slopes = [sum(k * c[k] * step ** (k - 1) for k in range(1, order)) for c in series]
     # the first term left out, whose coefficients are below 10^7
     assert max(abs(a - b) for a, b in zip(ahead, slopes, strict=True)) < 1e7 * step ** (order - 1)
-
-
-def test_the_longest_step_is_for_small_tilts_and_shorter_for_faster_tops(reference: Scene) -> None:
-    def longest(**changes: str) -> Any:
-        start = start_of(reference.varied(**changes))
-        return longest_step(start.body, start.vectors, 20, PRECISION)
-
-    assert longest(theta=str(1.01 * LARGE_TILT)) is None
-    slow, fast = longest(theta="1e-20", omega_3="50"), longest(theta="1e-20", omega_3="500")
-    assert 0 < fast < slow / 5
-    # it keeps relative digits: at every small tilt it is the same
-    assert longest(theta="1e-30") == pytest.approx(longest(theta="1e-20"), rel=1e-30)

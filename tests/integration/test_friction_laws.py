@@ -1,13 +1,12 @@
 """Scenes with dry friction: two formulations, integrals, limits, and what refuses them."""
 
-from fractions import Fraction
 from typing import Any
 
 import numpy
 import pytest
 
 import tt_precise as tt
-from tests.conftest import RATIOS
+from tests.conftest import RATIOS, more
 from tt_precise.scene.scene import Scene, load_scene
 
 TABLES: dict[str, Any] = {
@@ -47,22 +46,21 @@ def test_two_formulations_agree_and_the_laws_of_conservation_hold(scene: Scene) 
     assert {one.name for one in found.checks if one.verdict == "pass"} >= {"jellett", "energy"}
 
 
+def test_laws_that_are_one_law_have_one_motion() -> None:
+    flat = dry("stribeck", mu_s="0.05", v_s="0.3", epsilon="0.01")
+    assert final(flat) == pytest.approx(final(dry("regularised", epsilon="0.01")), rel=1e-11)
+    plain = tt.integrate(Scene.of(name="plain", body=RATIOS, **TABLES))
+    assert plain.frame().equals(tt.integrate(dry("viscous", "0.3")).frame())
+
+
 @pytest.mark.parametrize(
-    ("name", "t", "precision"),
-    [
-        ("reference", "3", "triple-double"), ("phi-dot-195", "7", "triple-double"),
-        ("elastic-linear", "0.05", "quad"),
-    ],
-)  # fmt: skip
-def test_a_run_goes_on_from_any_of_its_states(name: str, t: str, precision: str) -> None:
-    """Exactly, but for the error of the former run; turned about the vertical by the azimuth."""
-    whole = tt.integrate(name, precision, events=(), record=())
-    begun = whole.scene.from_state(whole.at(t), until="0.05")
-    last = whole.at(Fraction(t) + Fraction("0.05"))
-    state = tt.integrate(begun, precision, events=(), record=()).state
-    for entry in ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"):
-        one, other = getattr(state, entry), getattr(last, entry)
-        assert abs(one - other) <= abs(other) * 1e-20 + 1e-22, entry
+    ("precision", "digits"), [("double-double", 28), more("triple-double", 43)]
+)
+def test_several_doubles_have_an_exponential(precision: str, digits: int) -> None:
+    truth, found = tt.integrate(STRIBECK, "mp").state, tt.integrate(STRIBECK, precision).state
+    for name, value in found.values.items():
+        assert abs(value - getattr(truth, name)) <= 10.0**-digits * max(abs(value), 1)
+    assert tt.integrate(STRIBECK, digits=25).digits_throughout >= 25
 
 
 def test_epsilon_to_zero_is_coulomb_at_order_2_while_the_top_glides() -> None:

@@ -109,6 +109,16 @@ def test_a_climb_that_precesses_backwards_has_no_times_in_definition_c(
     assert (times.B.t_init, times.C) == (0, NONE)
 
 
+def test_the_second_integration_is_of_the_same_setup(reference: Scene) -> None:
+    """With g_n < 0 on the way; unilateral the top would leave the table first."""
+    scene = reference.varied(phi_dot="-30", until="12")
+    setup: Any = {"contact": "bilateral", "tolerance": 1e-13}
+    at_once = integrate(scene, events=inversion.NEEDED, **setup)
+    climb = at_once.inversion.A
+    assert [climb.t_init, climb.t_end] == pytest.approx([1.486, 5.834], abs=1e-3)
+    assert integrate(scene, **setup).inversion == at_once.inversion
+
+
 @pytest.mark.parametrize("chosen", [{}, {"digits": 20}])
 def test_a_passage_of_the_pole_has_no_direction(chosen: dict[str, Any]) -> None:
     """A top that rocks in a plane has no phi_dot where theta is 0, and does not climb."""

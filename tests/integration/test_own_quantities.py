@@ -1,6 +1,7 @@
-"""One's own functions of the motion, as columns and as events."""
+"""One's own functions of the motion, as columns and as events; and how numbers are shown."""
 
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy
@@ -13,25 +14,21 @@ from tt_precise.runtime.values import InputError, Scalar
 from tt_precise.scene.scene import Scene
 
 
-def half_up(q: Motion) -> Scalar:
-    """The function that vanishes where the axis is 60 degrees away from the vertical."""
-    return q.state.kz - q.fn.sqrt(q.body.I3 / q.body.I3 / 4)
+def named(name: str, function: Any, dimension: Any = None) -> Any:
+    function.__name__ = name
+    if dimension:
+        function.dimension = dimension
+    return function
 
 
-half_up.dimension = "1"  # type: ignore[attr-defined]
+def one(q: Motion) -> Scalar:
+    """The number one, in the arithmetic of the motion."""
+    return q.body.I3 / q.body.I3
 
 
-def energy(q: Motion) -> Scalar:
-    """The energy again, under another name."""
-    return E(q)
-
-
-energy.dimension = QUANTITIES["E"].dimension  # type: ignore[attr-defined]
-
-
-def slip(q: Motion) -> Scalar:
-    """The gliding speed."""
-    return q.fn.sqrt(q.state.vx**2 + q.state.vy**2)
+half_up = named("half_up", lambda q: q.state.kz - one(q) / 2, "1")  # theta is 60 degrees
+energy = named("energy", lambda q: E(q), QUANTITIES["E"].dimension)
+slip = named("slip", lambda q: q.fn.sqrt(q.state.vx**2 + q.state.vy**2))
 
 
 @pytest.mark.parametrize("digits", [5, 20])
@@ -44,7 +41,6 @@ def test_a_function_is_a_column_and_an_event(reference: Scene, digits: int) -> N
     assert run.event_frame("digits").query("name == 'half_up'")["digits"].min() >= digits
     frame = run.frame([half_up, "kz"], energy, "E", "error:energy", "error:E")
     assert list(frame)[:5] == ["t", "half_up", "kz", "energy", "E"]
-    assert {one.kind for one in frame.dtypes} == {"f"}
     assert frame["half_up"].to_numpy() == pytest.approx(frame["kz"].to_numpy() - 0.5)
     assert (frame["energy"] == frame["E"]).all()
     assert numpy.allclose(frame["error:energy"], frame["error:E"], rtol=0.1, atol=1e-17)
@@ -63,43 +59,39 @@ def test_a_unit_makes_it_si_and_no_unit_is_said(reference: Scene, precision: str
     assert dimensionless * unit == pytest.approx(frame["slip"].to_numpy(), rel=1e-14)
 
 
-def test_what_is_no_number_is_refused(reference: Scene) -> None:
-    run = tt.integrate(reference.varied(until="0.1"))
-    with pytest.raises(InputError, match="column: got a tuple from omega, expected one number"):
-        run.frame(tt.quantity(lambda q: q.omega, "rad/s", name="omega"))
-    for unit in ("mm/s", "m/", "metre", "m**2", 7):
-        with pytest.raises(InputError, match=r"unit: got .*, expected an SI unit without prefix"):
-            tt.quantity(slip, unit)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="quantity: got 'theta', expected a function"):
-        tt.quantity("theta", "rad")  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("precision", ["double-double", "quad", more("mp"), "triple-double"])
 def test_divided_by_a_constant(reference: Scene, precision: str) -> None:
     """A tenth is no double: the zeros keep the digits of the arithmetic."""
-
-    def tenth(q: Motion) -> Scalar:
-        return q.state.kx / 10 + q.state.ky / 7
-
-    def whole(q: Motion) -> Scalar:
-        return q.state.kx * 7 + q.state.ky * 10
-
-    run = tt.integrate(reference.varied(until="0.6"), precision, events=[tenth, whole])
+    tenth = named("tenth", lambda q: q.state.kx / 10 + q.state.ky / 7)
+    whole = named("whole", lambda q: q.state.kx * 7 + q.state.ky * 10)
+    events = [tenth, whole, "extremum:g_n"]  # of a rate, by power series
+    run = tt.integrate(reference.varied(until="0.6"), precision, events=events)
     first, second = (run.events["t"][run.events["name"] == n] for n in ("tenth", "whole"))
     assert len(first) == len(second) > 2
     # some eps of the function, over its slope at the zero
     assert max(abs(first.to_numpy() - second.to_numpy())) < 200 * float(run.precision.eps)
 
 
-def test_two_of_one_name_are_refused() -> None:
-    """One of them would be lost."""
-    two = [lambda q: q.state.kx, lambda q: q.state.ky]
-    with pytest.raises(InputError, match="events: got two called <lambda>"):
-        tt.integrate("reference", events=two)
-    run = tt.integrate("reference", until="0.1", events=[half_up, half_up])
-    with pytest.raises(InputError, match="column: got two called <lambda>"):
-        run.frame(*two)
-    assert list(run.frame("E", "theta", "E", half_up, half_up)) == ["t", "E", "theta", "half_up"]
+@pytest.mark.parametrize("asked", [3, [None], [1.5], partial(half_up)])
+def test_what_is_neither_a_name_nor_a_function(asked: Any) -> None:
+    with pytest.raises(InputError, match="events: got"):
+        tt.integrate("reference", events=asked)
+    with pytest.raises(InputError, match="column: got"):
+        tt.integrate("reference", until="0.1").frame(asked)
+
+
+def test_other_columns_and_units_are_refused(half: Scene) -> None:
+    wrong: list[tuple[Any, dict[str, Any], str]] = [
+        (tt.quantity(lambda q: q.omega, "rad/s", name="omega"), {}, "got a tuple from omega"),
+        (named("sine", lambda q: numpy.sin(q.state.kx)), {"digits": 20}, "sine: got TypeError"),
+    ]
+    for column, chosen, message in wrong:
+        with pytest.raises(InputError, match=message):
+            tt.integrate(half, **chosen).frame(column)
+    units: list[Any] = ["mm/s", "m/", "metre", "m**2", 7]
+    for function, unit in (*((slip, unit) for unit in units), ("theta", "rad")):
+        with pytest.raises(InputError, match=r"unit: got|quantity: got 'theta'"):
+            tt.quantity(function, unit)
 
 
 OWN: dict[str, tuple[Any, int]] = {
@@ -110,35 +102,32 @@ OWN: dict[str, tuple[Any, int]] = {
     "float32": (lambda q: q.state.kx - numpy.float32(0.3), 62),
     "array": (lambda q: q.state.kx - numpy.array(0.3), 62),
     "log": (lambda q: q.fn.log(q.state.kx + q.body.alpha * 9) - q.fn.log(q.body.alpha * 10), 62),
-    "atan": (lambda q: q.fn.atan(q.state.kx) - q.fn.atan(q.body.alpha / q.body.alpha * 3 / 10), 62),
-    "power": (lambda q: (q.state.kx + 2) ** 0.5 - q.fn.sqrt(q.body.alpha / q.body.alpha * 2.3), 62),
-}  # fmt: skip
+    "atan": (lambda q: q.fn.atan(q.state.kx) - q.fn.atan(one(q) * 3 / 10), 62),
+    "inverse": (lambda q: (q.state.kx + 2) ** -1 - one(q) / 2.3, 62),
+    "power": (lambda q: (q.state.kx + 2) ** 0.5 - q.fn.sqrt(one(q) * 2.3), 62),
+}
 
 
 @pytest.mark.parametrize(
     ("name", "chosen"),
     [
-        (name, chosen) if not chosen or (name, len(chosen)) == ("bend", 1) else more(name, chosen)
+        (name, chosen) if not chosen or name in ("atan", "bend") else more(name, chosen)
         for name in OWN
         for chosen in ({}, {"digits": 8}, {"digits": 20}, {"digits": 25})
     ],
 )
 def test_an_own_event_is_found_in_every_arithmetic(name: str, chosen: dict[str, Any]) -> None:
     function, count = OWN[name]
-    function.__name__ = name
-    run = tt.integrate("reference", until=6, events=[function], **chosen)
+    run = tt.integrate("reference", until=6, events=[named(name, function)], **chosen)
     assert run.event_counts == {name: count}
 
 
 REFUSED: dict[str, tuple[Any, str]] = {
     "complex": (lambda q: q.state.kx * 1j, "got .* expected a real number"),
     "text": (lambda q: "x", "got 'x' from the function"),
-    "nothing": (lambda q: None, "got None from the function"),
-    "branch": (
-        lambda q: q.state.kx if q.state.kx > 0.1 else 0.1,
-        "got .*Error .* expected a",
-    ),
-    "lam": (lambda q: q.lam, "got AttributeError .*'lam'"),
+    "none": (lambda q: None, "none: got None from the function"),
+    "lacking": (lambda q: q.lam, "got AttributeError .*'lam'"),
+    "branch": (lambda q: q.state.kx if q.state.kx > 0.1 else 0.1, "got .*Error .* expected a"),
     "jump": (lambda q: 1 / q.state.kz, r"jumps or is undefined at t = 5\.8797"),
     "turn": (lambda q: q.fn.atan2(q.state.ky, q.state.kx), r"jumps or is undefined at t = 2\.78"),
 }
@@ -148,14 +137,13 @@ REFUSED: dict[str, tuple[Any, str]] = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_an_own_event_is_refused_in_one_line(name: str, chosen: dict[str, Any]) -> None:
     function, message = REFUSED[name]
-    function.__name__ = name
+    function = named(name, function)
     with pytest.raises(InputError, match=message) as refusal:
         tt.integrate("reference", until=6, events=[function], **chosen)
     assert str(refusal.value).count("\n") == 0
     if name in ("complex", "text"):
-        run = tt.integrate("reference", until="0.1", **chosen)
         with pytest.raises(InputError, match=message):
-            run.frame(function)
+            tt.integrate("reference", until="0.1", **chosen).frame(function)
 
 
 @pytest.mark.parametrize("chosen", [{}, {"digits": 20}, {"precision": "quad"}])
@@ -163,46 +151,41 @@ def test_a_quantity_as_an_event_has_its_extrema(half: Scene, chosen: dict[str, A
     """The angle of the axis with a direction that is 0.3 rad off the vertical."""
 
     def towards(q: Motion) -> Scalar:
-        """The angle to a mark on the wall."""
-        third = q.body.I3 / q.body.I3 * 3 / 10
+        third = one(q) * 3 / 10
         return q.fn.acos(q.state.kx * q.fn.sin(third) + q.state.kz * q.fn.cos(third))
 
     angle = tt.quantity(towards, "1")
     run = tt.integrate(half, events=[angle, "theta_max"], **chosen)
-    events = run.event_frame("error:t").query("name == 'extremum:towards'")
-    assert len(events) > 10
-    assert (events["error:t"] < 1e-12).all()
-    for t, direction in zip(events["t"], events["direction"], strict=True):
+    found = run.event_frame("error:t").query("name == 'extremum:towards'")
+    assert len(found) > 10
+    assert (found["error:t"] < 1e-12).all()
+    for _, row in found.iterrows():
+        t = row["t"]
         before, there, after = run.frame(angle, times=[t - 1e-4, t, t + 1e-4])["towards"]
-        assert (there < min(before, after)) if direction > 0 else (there > max(before, after))
+        assert row["direction"] * (before - there) > 0 < row["direction"] * (after - there)
 
 
-@pytest.mark.parametrize("words", [{}, {"digits": 20}], ids=["double", "20 digits"])
-def test_an_own_value_at_an_event_has_its_error(reference: Scene, words: dict[str, Any]) -> None:
-    run = tt.integrate(reference.varied(until="0.1"), events=["extremum:g_n"], **words)
-    found = run.event_frame(energy, "error:energy", "E", "error:E", "error:t", slip, "error:slip")
-    assert (found["energy"] == found["E"]).all()
-    assert numpy.allclose(found["error:energy"], found["error:E"], rtol=0.1, atol=1e-17)
-    assert (found["error:slip"] < 1e-14).all()
-    with pytest.raises(InputError, match="column: got 'drift:E', expected one of") as refused:
-        run.event_frame("drift:E")
-    assert str(refused.value).endswith("digits or error:NAME; frame(...) has drifts")
-
-
-def test_a_function_that_combines_rows_is_refused(reference: Scene) -> None:
-    """``numpy.linalg.norm`` of a vector of columns is the norm over all times, or NaN for all."""
-    run = tt.integrate(reference, until="0.05")
-    for wrong in (
-        lambda q: numpy.linalg.norm(q.omega),
+@pytest.mark.parametrize(
+    "wrong",
+    [
         lambda q: q.omega[2] / numpy.linalg.norm(q.omega),
         lambda q: numpy.array(q.omega),
-        lambda q: 1e-12 * numpy.linalg.norm(q.omega),
         lambda q: q.omega[2] - numpy.sum(numpy.sqrt(0.0995 - q.euler.theta)),
-    ):
-        with pytest.raises(InputError, match="combine several times"):
-            run.frame(tt.quantity(wrong, "rad/s"))
-    mu = tt.quantity(lambda q: q.body.mu, "s/m", name="mu")
-    weight = tt.quantity(lambda q: q.g_n, "N", name="weight")  # type: ignore[attr-defined]
-    table = run.frame(mu, weight, "g_n")
-    assert set(table["mu"]) == {0.3}
-    assert list(table["weight"]) == list(table["g_n"])
+    ],
+)
+def test_a_function_that_combines_rows_is_refused(reference: Scene, wrong: Any) -> None:
+    """``numpy.linalg.norm`` of a vector of columns is the norm over all times, or NaN for all."""
+    run = tt.integrate(reference, until="0.05")
+    with pytest.raises(InputError, match="combine several times"):
+        run.frame(tt.quantity(wrong, "rad/s"))
+    right = tt.quantity(lambda q: q.g_n, "N", name="right")  # type: ignore[attr-defined]
+    assert run.frame(right)["right"].equals(run.frame("g_n")["g_n"])
+
+
+def test_two_of_one_name_are_refused() -> None:
+    """One of them would be lost."""
+    two = [lambda q: q.state.kx, lambda q: q.state.ky]
+    with pytest.raises(InputError, match="events: got two called <lambda>"):
+        tt.integrate("reference", events=two)
+    with pytest.raises(InputError, match="column: got two called <lambda>"):
+        tt.integrate("reference", until="0.1").frame(*two)

@@ -6,7 +6,6 @@ from typing import Any
 import pytest
 
 from tt_precise.integration.precision import LONG_DOUBLES, Precision, precision_named
-from tt_precise.runtime.values import InputError
 
 PRECISIONS = [precision_named(name) for name in ("double", "quad")]
 PRECISIONS += [precision_named("mp", bits) for bits in (54, 200, 1001)]
@@ -43,21 +42,6 @@ def test_a_number_is_rounded_once(precision: Precision, mantissa: str) -> None:
     for special in ("inf", "-inf", "0"):  # what has no digits stays as it is
         arguments = (special, precision.bits) if precision.name == "mp" else (special,)
         assert precision.with_guard_bits(precision.fp_type(*arguments)) == float(special)
-
-
-@pytest.mark.parametrize(
-    ("name", "bits", "expected"),
-    [
-        ("octuple", None, "got 'octuple', expected one of: double, double-double, quad"),
-        ("quad", 200, "expected bits only with mp"),
-        ("mp", 53, "got 53, expected a whole number between 54 and 20000"),
-        ("mp", 20_001, "got 20001, expected a whole number between 54 and 20000"),
-        ("mp", 200.5, "got 200.5, expected a whole number between 54 and 20000"),
-    ],
-)
-def test_refuses(name: str, bits: Any, expected: str) -> None:
-    with pytest.raises(InputError, match=expected):
-        precision_named(name, bits)
 
 
 @pytest.mark.parametrize("text", ["1/3", "7/100", "123456789/1000000007", "1/9007199254740993007"])

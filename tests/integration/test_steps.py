@@ -7,7 +7,8 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.integration.steps import join
+from tt_precise.integration.precision import DOUBLES, LONG_DOUBLES
+from tt_precise.integration.steps import Steps, of_power_series
 from tt_precise.scene.scene import Scene
 
 # Relative to the largest component: polynomials in double, and values in the run's arithmetic.
@@ -49,11 +50,11 @@ def test_polynomials_and_values_are_the_solution(reference: Scene, precision: st
     assert apart(back, time) < WIDE[precision] < apart(back, later)
 
 
-def test_parts_and_joined_blocks_read_the_same_steps(reference: Scene) -> None:
-    run = tt.integrate(reference.varied(until="0.05"), "double-double", events=())
-    steps, numbers = run.run.segments[0].series, run.precision.mpfr
-    joined = join([steps.of(slice(None, 3)), steps.of(slice(3, None))])
-    with numbers.precision():
-        times = numbers.array([mpmath.mpf(t) for t in ("0.9", "0.001", "0.3")])
-        one, other = (x.at(times, numbers) for x in (steps, joined))
-    assert all((a == b).all() for a, b in zip(one, other, strict=True))
+def test_a_power_series_is_one_step() -> None:
+    steps: Steps = of_power_series(
+        [[mpmath.mpf(1), 2, 3], [mpmath.mpf(0), 1, 0]], mpmath.mpf("0.5")
+    )
+    assert steps.terms.tolist() == [[[1, 1, 0.75], [0, 0.5, 0]]]
+    for numbers in (DOUBLES, LONG_DOUBLES):
+        square, line = steps.at(numpy.array([0.25], dtype=numpy.longdouble), numbers)
+        assert (square[0], line[0]) == (1.6875, 0.25)

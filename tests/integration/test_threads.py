@@ -2,6 +2,8 @@
 
 import multiprocessing
 import operator
+import pickle
+import pickletools
 import threading
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
@@ -39,7 +41,7 @@ def together(work: Callable[[int], Any]) -> list[Any]:
 
 @pytest.mark.parametrize("precision", ["double", "quad"])
 def test_reading_in_threads_gives_what_one_thread_reads(
-    half: Scene, precision: str, monkeypatch: pytest.MonkeyPatch
+    half: Scene, precision: str, monkeypatch: Patch
 ) -> None:
     """heyoka's dense output returns a buffer that its next evaluation overwrites."""
     times = [f"0.{n + 1}" for n in range(THREADS)]
@@ -64,11 +66,28 @@ def test_everything_can_be_asked_for_by_threads_at_once(half: Scene) -> None:
         found = {name: repr(getattr(run, name)) for name in (*asked[first:], *asked[:first])}
         return found | {"frame": run.frame("theta", "g_n").to_csv()}
 
-    def ask(number: int) -> dict[str, str]:
-        barrier.wait()
-        return answers(trajectory, number)
+    def ask(number: int) -> tuple[Any, int]:
+        barrier.wait()  # or one thread could serve two
+        return answers(trajectory, number), id(trajectory.precision.context)
 
-    assert together(ask) == [answers(integrate(half), 0)] * THREADS
+    found, contexts = zip(*together(ask), strict=True)
+    assert list(found) == [answers(integrate(half), 0)] * THREADS
+    assert len({*contexts}) == THREADS  # each computes in a context of its own
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double", "quad"])
+def test_a_pickle_holds_names_and_exact_numbers_only(short: Scene, precision: str) -> None:
+    """No machine code, as heyoka's own pickles do, and nothing that grows with the steps."""
+    run = integrate(short, precision, events="theta_min", sensitivity="theta, mu")
+    run.at("0.03")
+    text = pickle.dumps(run)
+    assert len(text) < 5000
+    opened = {str(arg).split(" ")[0] for _, arg, _ in pickletools.genops(text) if arg is not None}
+    assert not any("heyoka" in name for name in opened)
+    twin = pickle.loads(text)
+    assert (twin.state, twin.setup) == (run.state, run.setup)
+    assert twin.run.event_counts == run.run.event_counts
+    assert twin.sensitivity.names == ("theta", "mu")
 
 
 def test_a_trajectory_goes_to_another_process(half: Scene, monkeypatch: Patch) -> None:

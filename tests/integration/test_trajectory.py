@@ -1,22 +1,22 @@
 """Trajectories: conserved quantities, agreement of formulations, spoiled equations, and the API."""
 
-import pickle
+import sys
 from collections.abc import Callable
 from fractions import Fraction
+from types import ModuleType
 from typing import Any
 
 import pytest
 
-from tests.conftest import more
+from tests.conftest import Captured, Patch, more
+from tests.integration.conftest import Spoiler, changed
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics.conserved import conserved
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
-ANY_INTEGRATE: Any = integrate  # Takes arguments of wrong types.
-NEWTON = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
+ANY_INTEGRATE: Any = integrate  # takes arguments of wrong types
 EULER = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
-Spoiler = Callable[[str, Callable[[Any, Any], Any]], None]
 
 
 def digits_between(run: Trajectory, other: Trajectory) -> float:
@@ -49,7 +49,6 @@ def test_newton_and_euler_agree_to_the_end(reference: Scene, quad: Trajectory) -
 )
 def test_all_integrals_of_a_scene_are_conserved(scene: str) -> None:
     run = integrate(scene, "double-double")
-    assert run.status == "complete"
     names = {integral.name for integral in conserved(run.scene.model, run.scene.body)}
     assert set(run.drift) == names >= {"jellett", "axis_norm"}
     for name, drift in run.drift.items():
@@ -83,14 +82,12 @@ def test_a_term_off_by_1e_10_shows(
 ) -> None:
     run = integrate(half)
     spoiled_rates("newton", SPOILED[term])
-    wrong = integrate(half, sample_every=1)  # the end is a sample, and counts for the drift
-    assert list(wrong.sample_times) == [0, Fraction(1, 2)]
+    wrong = integrate(half)
     assert digits_between(run, half_quad) > 11 > digits_between(wrong, half_quad)
     if term == "friction":  # L does not depend on the cause of v: lambda alone does not show it
         assert wrong.drift["jellett"] < 1e-14
     else:  # 85 steps round by less than an eps each, at random
-        assert run.drift["jellett"] < 10 * 2.0**-52
-        assert wrong.drift["jellett"] > 5 * 10 * 2.0**-52
+        assert 5 * run.drift["jellett"] < 5 * 10 * 2.0**-52 < wrong.drift["jellett"]
 
 
 def test_a_term_of_the_euler_form_off_by_1e_27_shows(
@@ -103,8 +100,7 @@ def test_a_term_of_the_euler_form_off_by_1e_27_shows(
 
 
 def test_a_wrong_constant_conserves_but_does_not_agree(half: Scene, half_quad: Trajectory) -> None:
-    alpha = half.body.alpha * (1 + Fraction(1, 10**25))
-    run = integrate(half.varied(alpha=alpha), "quad")
+    run = integrate(changed(half, alpha="1e-25"), "quad")
     assert run.drift["jellett"] < 1e-32
     assert digits_between(run, half_quad) < 27
 
@@ -112,25 +108,16 @@ def test_a_wrong_constant_conserves_but_does_not_agree(half: Scene, half_quad: T
 def test_drifts_are_computed_in_a_finer_arithmetic(double: Trajectory) -> None:
     """In double the evaluation alone would err by some eps at each sample."""
     drifts = double.drift_over_time()["jellett"]
-    assert len(drifts) == 801
-    assert drifts[0] < 2.0**-52
+    assert (len(drifts), drifts[0] < 2.0**-52) == (801, True)
     assert max(drifts) == double.drift["jellett"] == double.drift["lambda"]
     assert all(drift == 0 or drift > 2.0**-110 for drift in drifts)
 
 
-def test_attributes_of_a_trajectory(double: Trajectory, rough: Scene) -> None:
-    assert "reference: complete, t_end = 8.0 s, double" in repr(double)
-    assert (double.precision.name, double.formulation, double.order) == ("double", "newton", 21)
-    assert 1000 < double.steps < 2000
-    assert isinstance(double.state.theta, float)
-    lost = integrate(rough)
-    assert float(lost.sample_times[-1]) == lost.t_end
-    assert list(double.events) == ["name", "t", "direction", *NEWTON, *EULER]
-    assert double.events["t"].is_monotonic_increasing
-    assert set(double.events["direction"]) == {-1, 1}
-    (theta,) = double.frame("theta", times="0.25")["theta"]
-    assert theta == pytest.approx(double.at(0.25).theta, rel=1e-15)
-    assert list(double.frame(["t", "theta"], "theta,E", times=[1])) == ["t", "theta", "E"]
+def test_drifts_count_the_state_at_the_end(half: Scene, spoiled_rates: Spoiler) -> None:
+    spoiled_rates("newton", SPOILED["torque"])
+    wrong = integrate(half, sample_every=1)
+    assert list(wrong.sample_times) == [0, Fraction(1, 2)]
+    assert wrong.drift["jellett"] > 1e-14
 
 
 @pytest.mark.parametrize(
@@ -138,15 +125,11 @@ def test_attributes_of_a_trajectory(double: Trajectory, rough: Scene) -> None:
     [
         (lambda run: run.at(9), r"t: got 9 s, expected 0 to 8 s"),
         (lambda run: run.at("now"), "t: got 'now'"),
-        (lambda run: run.frame("mine"), r"column: got 'mine', .*tt\.quantity\(function, unit\)"),
+        (lambda run: run.frame("mine"), "column: got 'mine'"),
         (lambda run: run.frame(numbers="rational"), "numbers: got 'rational'"),
         (lambda run: run.frame("error:theta", times=[1]), "times: got times with "),
-        (lambda run: ANY_INTEGRATE("reference", events=["E"]), "event: got 'E', .* as extremum:"),
-        (
-            lambda run: ANY_INTEGRATE("reference", sensitivity=True),
-            "got True, expected names, such as",
-        ),
-        (lambda run: ANY_INTEGRATE("reference", "quad", digits=5), "digits: got a precision too"),
+        (lambda run: ANY_INTEGRATE("reference", events=["E"]), "event: got 'E'"),
+        (lambda run: ANY_INTEGRATE("reference", sensitivity=True), "got True, expected names"),
         (lambda run: ANY_INTEGRATE({"model": "gliding"}), "scene: got "),
     ],
 )
@@ -157,7 +140,13 @@ def test_unusable_arguments_are_refused(
         read(double)
 
 
-def test_what_a_notebook_shows(short: Scene) -> None:
+def test_lists_are_names_too(half: Scene) -> None:
+    run = integrate(half.varied(record=["phi"], events=["equator"], until="0.1"))
+    assert run.setup.record == ("phi",)
+    assert list(run.frame(["t", "theta"], "theta,E").columns) == ["t", "theta", "E"]
+
+
+def test_the_table_of_a_notebook(short: Scene) -> None:
     """Outcome, digits, five digits of each number with its unit, events."""
     run = integrate(short, events="theta_min")
     html = run._repr_html_()
@@ -172,9 +161,13 @@ def test_what_a_notebook_shows(short: Scene) -> None:
     assert repr(run.inversion) == "<InversionTimes: theta = pi/2 is not passed>"
 
 
-def test_a_pickle_integrates_again(short: Scene) -> None:
-    run = integrate(short, "double-double", events="theta_min")
-    again = pickle.loads(pickle.dumps(run))
-    assert again.state.values == run.state.values
-    assert again.event_counts == run.event_counts
-    assert len(pickle.dumps(run)) < 10_000
+@pytest.mark.parametrize(("precision", "silent"), [("quad", False), ("double", True)])
+def test_a_slow_precision_shows_its_progress_in_a_notebook(
+    short: Scene, monkeypatch: Patch, capsys: Captured, precision: str, silent: bool
+) -> None:
+    """Elsewhere but on a terminal it is silent."""
+    integrate(short, precision)
+    assert capsys.readouterr().err == ""
+    monkeypatch.setitem(sys.modules, "ipykernel", ModuleType("ipykernel"))
+    integrate(short, precision)
+    assert (capsys.readouterr().err == "") == silent

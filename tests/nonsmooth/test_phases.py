@@ -10,16 +10,14 @@ from tt_precise.nonsmooth.phases import SLOW_GLIDING, SLOW_SPEED
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import load_scene
 
-DOUBLE = precision_named("double")
-ORDER = 20
-
 
 def test_in_a_time_of_its_own_a_step_is_as_many_times_longer_as_rates_are_smaller() -> None:
     """Without friction: a rate is v times as large, and v is twice the slow speed at most."""
-    one = InitialState.of(load_scene("reference").varied(theta="1e-9"), DOUBLE.arithmetic)
+    double = precision_named("double")
+    one = InitialState.of(load_scene("reference").varied(theta="1e-9"), double.arithmetic)
     body = replace(one.body, mu=0 * one.body.mu)
     plain, own = (
-        longest_step(body, one.vectors, ORDER, DOUBLE, phase)
+        longest_step(body, one.vectors, 20, double, phase)
         for phase in (RIGID_CONTACT, SLOW_GLIDING)
     )
     assert plain is not None

@@ -101,13 +101,3 @@ def test_running_errors_bound_the_roundings_of_an_evaluation() -> None:
         error = abs(Fraction(result.value) - value(*map(Fraction, numbers)))
         shares.append(float(error) / (2.0**-53 * result.size))
     assert 0.1 < max(shares) <= 1
-
-
-def test_series_take_arrays_on_either_side() -> None:
-    array = numpy.array([2.0, 3.0])
-    h = series.TaylorSeries(lambda c, k: 1.0 + 0 * array)
-    for product in (array * h, h * array):
-        assert [product[k].tolist() for k in (0, 1)] == [[2, 3], [2, 3]]
-    assert [(array + h)[k].tolist() for k in (0, 1)] == [[3, 4], [1, 1]]
-    assert [(array - h)[k].tolist() for k in (0, 1)] == [[1, 2], [-1, -1]]
-    assert [(h / array)[k].tolist() for k in (0, 1)] == [[1 / 2, 1 / 3], [1 / 2, 1 / 3]]

@@ -124,8 +124,8 @@ class Mpfr:
         """Angle of the point (x, y), from mpmath's function, which takes half as long as MPFR's."""
         import numpy
 
-        def angle(y: Scalar, x: Scalar) -> Scalar:
-            above, right = self.back(y), self.back(x)
+        def angle(y: Scalar, x: Scalar, one: Scalar = self._gmpy2.mpfr(1)) -> Scalar:
+            above, right = self.back(one * y), self.back(one * x)  # also of whole numbers
             if above is None or right is None:
                 return y * x * 0  # not a number
             return self.number(self.context.atan2(above, right))
