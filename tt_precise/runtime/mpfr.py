@@ -124,8 +124,9 @@ class Mpfr:
         """Angle of the point (x, y), from mpmath's function, which takes half as long as MPFR's."""
         import numpy
 
-        def angle(y: Scalar, x: Scalar, one: Scalar = self._gmpy2.mpfr(1)) -> Scalar:
-            above, right = self.back(one * y), self.back(one * x)  # also of whole numbers
+        def angle(y: Scalar, x: Scalar) -> Scalar:
+            # a whole number becomes one of the arithmetic
+            above, right = (self.back(self._gmpy2.mpfr(1) * z) for z in (y, x))
             if above is None or right is None:
                 return y * x * 0  # not a number
             return self.number(self.context.atan2(above, right))
