@@ -121,11 +121,10 @@ class Mpfr:
         return self.sqrt(square)
 
     def atan2(self, y: Scalar, x: Scalar) -> Scalar:
-        """Angle of the point (x, y), from mpmath's function, which takes half as long as MPFR's."""
+        """Angle of (x, y), also whole numbers, from mpmath's function, twice as fast as MPFR's."""
         import numpy
 
         def angle(y: Scalar, x: Scalar) -> Scalar:
-            # a whole number becomes one of the arithmetic
             above, right = (self.back(self._gmpy2.mpfr(1) * z) for z in (y, x))
             if above is None or right is None:
                 return y * x * 0  # not a number
