@@ -9,7 +9,7 @@ import pytest
 
 from tt_precise.integration import Trajectory, catalogue, integrate
 from tt_precise.integration.errors import Errors
-from tt_precise.integration.reading import motions
+from tt_precise.integration.reading import at_times
 from tt_precise.mechanics import formulations
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.scene.scene import Scene, load_scene
@@ -25,7 +25,11 @@ def changed(scene: Scene, **parts: str) -> Scene:
 
 def motion_at(run: Trajectory, t: Any) -> Motion:
     """The motion at a time (s), of mpmath numbers."""
-    return motions(run.run, [run.run.dimensionless_time(t)])[0]
+    mpfr = run.precision.mpfr
+    with mpfr.precision():
+        times = mpfr.array([run.run.dimensionless_time(t)])
+        ((segment, _, row),) = at_times(run.run, times, mpfr)
+        return segment.columns.motion(tuple(mpfr.back(x[0]) for x in row))
 
 
 def against(run: Trajectory, other: Trajectory) -> Errors:

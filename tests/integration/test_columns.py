@@ -43,7 +43,7 @@ def test_no_pose_where_the_axis_is_exactly_vertical(toppling: Scene) -> None:
 
 
 def test_errors_of_a_pose_need_its_quadratures(half: Scene) -> None:
-    with pytest.raises(InputError, match="got qw of a run without phi, psi, x, y, expected them"):
+    with pytest.raises(InputError, match="got a pose of a run without phi, psi, x, y"):
         integrate(half).frame("error:qw")
     recorded = integrate(half, record=("phi", "psi", "x", "y"))
     assert 0 < recorded.frame("error:qw")["error:qw"].max() < 1e-9

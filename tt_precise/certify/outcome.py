@@ -25,7 +25,6 @@ from tt_precise.certify.problem import BALLS
 from tt_precise.certify.well import WELL_BITS, trapping_region
 from tt_precise.exact.thresholds import Theorem, theorem
 from tt_precise.integration import Trajectory
-from tt_precise.integration.reading import motions
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
@@ -113,7 +112,8 @@ def _last_state(trajectory: Trajectory) -> NewtonState:
 
     The digits are relative to the size of the vector k, L or v; v counts as at least sqrt(g R).
     """
-    (motion,) = motions(trajectory.run, [trajectory.run.end_time])
+    segment = trajectory.run.segments[-1]
+    motion = segment.columns.motion(segment.end_row)
     numbers = [as_fraction(value) for value in NewtonState(*motion.state[:8])]
     share = WIDENING * Fraction(10) ** -int(trajectory.digits)
     components = []

@@ -164,33 +164,29 @@ class Columns:
         NumPy's.
         """
         q, columns = self.array_motion(components, number, fn), {}
-        pose = cache(lambda: pose_of(q, self._recorded(components)))
+        recorded = dict(zip(self.record, components[len(self.form.columns) :], strict=True))
+        recorded = {name: value * QUADRATURE_SCALE for name, value in recorded.items()}
+        pose = cache(lambda: pose_of(q, recorded))
         with numpy.errstate(all="ignore"):
             for name in names:
-                factor = self._factor(self.dimension(name), number)
-                values = self._column_value(name, components, q, pose) * factor
                 if isinstance(name, Quantity):
                     last = self.array_motion(tuple(c[-1:] for c in components), number, fn)
-                    self._require_rows(name, values / factor, last)
+                    values = _of_user(name, q, last)
+                elif name in recorded:
+                    values = recorded[name]
+                elif name in self.further:
+                    values = getattr(q.state, name, 0 * q.state.kz)
+                elif name in VECTOR_COLUMNS:
+                    values = getattr(q.state, name)
+                elif name in POSE_NAMES:
+                    values = getattr(pose(), name)
+                else:
+                    values = QUANTITIES[name].evaluate(q)
+                values = values * self._factor(self.dimension(name), number)
                 if not hasattr(values, "__len__"):
                     values = values * numpy.ones(len(components[0]))  # one number for all rows
                 columns[name] = values
         return columns
-
-    def _require_rows(self, own: Quantity, values: Scalar, last: Motion) -> None:
-        """Refuse a user's function that combines rows, as ``numpy.linalg.norm`` of a vector does.
-
-        Raises ``InputError``: its value in the ``last`` row alone is another.
-        """
-        rows, alone = numpy.ravel(values), numpy.ravel(_number(own, last))
-        largest = COMBINED * numpy.fmax.reduce(abs(rows), initial=0)
-        mixed = len(alone) != 1 or abs(rows[-1] - alone[0]) > largest
-        if mixed or (rows[-1] != rows[-1] and alone[0] == alone[0]):
-            raise InputError(
-                f"column: got values of {own.name} that combine several times, expected a function "
-                "of the numbers at one time: vectors are tuples of components, so write "
-                "motion.fn.sqrt(x*x + y*y + z*z) in the place of numpy.linalg.norm"
-            )
 
     def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
         start = self.start
@@ -205,33 +201,6 @@ class Columns:
         """The ``Motion`` of rows, given as an array for each entry, or of one row of numbers."""
         body = self.start.once(("body", number), lambda: self.start.body.numbers(number))
         return self.layout.motion(body, components, fn or numpy)
-
-    def _column_value(
-        self, name: Name, row: tuple[Scalar, ...], q: Motion, pose: Callable[[], Pose]
-    ) -> Scalar:
-        if isinstance(name, Quantity):
-            return _number(name, q)
-        if name in self.record:
-            return self._recorded(row)[name]
-        if name in self.further:
-            return getattr(q.state, name, 0 * q.state.kz)
-        if name in VECTOR_COLUMNS:
-            return getattr(q.state, name)
-        if name in POSE_NAMES:
-            lacking = [quadrature for quadrature in QUADRATURES if quadrature not in self.record]
-            if lacking:
-                raise InputError(
-                    f"column: got {name} of a run without {', '.join(lacking)}, expected them "
-                    "among its record"
-                )
-            return getattr(pose(), name)
-        return QUANTITIES[name].evaluate(q)
-
-    def _recorded(self, row: tuple[Scalar, ...]) -> dict[str, Scalar]:
-        values = row[len(self.form.columns) :]
-        return {
-            name: value * QUADRATURE_SCALE for name, value in zip(self.record, values, strict=True)
-        }
 
 
 def quantity(
@@ -259,18 +228,28 @@ def quantity(
     return own if name is None else replace(own, name=name)
 
 
-def _number(own: Quantity, q: Motion) -> Scalar:
-    """The value of a user's quantity.
+def _of_user(own: Quantity, q: Motion, last: Motion) -> Scalar:
+    """The values of a user's quantity.
 
-    Raises ``InputError``: it is no number, or there are several.
+    Raises ``InputError``: they are no numbers, or combine several times, as ``numpy.linalg.norm``
+    of a vector does: the value in the ``last`` row alone is another.
     """
-    value = own.evaluate(q)
-    if isinstance(value, (tuple, list, str, complex)) or value is None or callable(value):
+    values, single = own.evaluate(q), own.evaluate(last)
+    if isinstance(values, (tuple, list, str, complex)) or values is None or callable(values):
         raise InputError(
-            f"column: got a {type(value).__name__} from {own.name}, expected one number, such as a "
-            "component: motion.omega[2]"
+            f"column: got a {type(values).__name__} from {own.name}, expected one number, such as "
+            "a component: motion.omega[2]"
         )
-    return value
+    rows, alone = numpy.ravel(values), numpy.ravel(single)
+    largest = COMBINED * numpy.fmax.reduce(abs(rows), initial=0)
+    mixed = len(alone) != 1 or abs(rows[-1] - alone[0]) > largest
+    if mixed or (rows[-1] != rows[-1] and alone[0] == alone[0]):
+        raise InputError(
+            f"column: got values of {own.name} that combine several times, expected a function "
+            "of the numbers at one time: vectors are tuples of components, so write "
+            "motion.fn.sqrt(x*x + y*y + z*z) in the place of numpy.linalg.norm"
+        )
+    return values
 
 
 def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
@@ -294,9 +273,14 @@ def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
     """The pose of a motion with ``recorded`` phi, psi, x and y; for one row or arrays.
 
-    Raises ``InputError``: the recorded phi lost the half turn at a passage of the axis through the
-    vertical.
+    Raises ``InputError``: these were not recorded, or phi lost the half turn at a passage of the
+    axis through the vertical.
     """
+    if missing := [name for name in QUADRATURES if name not in recorded]:
+        raise InputError(
+            f"column: got a pose of a run without {', '.join(missing)}, expected them among its "
+            "record"
+        )
     fn, phi = q.fn, recorded["phi"]
     pi = fn.atan2(abs(0 * phi), abs(0 * phi) - 1)  # of the arithmetic, whichever it is
     nearest = getattr(fn, "nint", None) or fn.round

@@ -228,7 +228,8 @@ class Errors:
     @property
     def _numbers(self) -> Any:
         """The arithmetic of arrays in which both runs are compared."""
-        if self._run.precision.is_float:
+        precisions = self._run.precision, self.reference.precision
+        if self._run.precision.is_float and not any(x.kind.in_software for x in precisions):
             return LONG_DOUBLES
         return max(self._run, self.reference, key=lambda run: run.precision.bits).precision.mpfr
 

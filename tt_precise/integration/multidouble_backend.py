@@ -50,15 +50,9 @@ def run(
     return [Segment(start.until * 0, setup, start, propagation)]
 
 
-class _Compiled(NamedTuple):
-    """A system whose outputs are the functions that end a phase, called ``ends``."""
-
-    system: System
-    ends: tuple[str, ...]
-
-
 @lru_cache(maxsize=32)
-def _compiled(setup: Setup) -> _Compiled:
+def _compiled(setup: Setup) -> tuple[System, tuple[str, ...]]:
+    """Return a system whose outputs are the functions that end a phase, and their names."""
     form, layout, phase = setup.formulation, setup.layout, setup.phase
     size, ends = len(form.parameters), dict[str, Scalar]()
 
@@ -73,7 +67,7 @@ def _compiled(setup: Setup) -> _Compiled:
 
     limbs, parameters = setup.precision.doubles, size + phase.has_clock
     system = System(limbs, len(layout.columns), parameters, define, brief=phase.brief)
-    return _Compiled(system, tuple(ends))
+    return system, tuple(ends)
 
 
 def propagate_in_doubles(

@@ -6,7 +6,7 @@ precise enough; other runs are read in arrays of numbers with guard bits (``mpfr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
@@ -25,7 +25,7 @@ from tt_precise.integration.precision import (
 from tt_precise.integration.segment import Segment
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.conserved import OF_QUANTITY, Integral, conserved, drift
-from tt_precise.mechanics.quantities import QUANTITIES, Motion
+from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import Array, InputError, Scalar, wrong_name
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import RECORDABLE
@@ -118,16 +118,6 @@ def states(run: Solution, times: Sequence[Scalar]) -> list[State]:
 def end_state(run: Solution) -> State:
     """The state (SI) at the end."""
     return run.once(end_state, lambda: states(run, [run.end_time])[0])
-
-
-def motions(run: Solution, times: Sequence[Scalar]) -> list[Motion]:
-    """The motions at dimensionless ``times`` (with guard bits)."""
-    mpfr, found = run.precision.mpfr, list[Any]([None] * len(times))
-    with mpfr.precision():
-        for segment, index, row in at_times(run, mpfr.array(times), mpfr):
-            for k, i in enumerate(index.tolist()):
-                found[i] = segment.columns.motion(tuple(mpfr.back(x[k]) for x in row))
-    return found
 
 
 def table(
@@ -286,10 +276,12 @@ class Drifts(dict[str, Any]):
 
 
 def drift_over_time(run: Solution) -> Drifts:
-    """Relative change since the start of each conserved quantity, at ``sample_times``.
+    """Relative change since the start of each conserved quantity, at ``sample_times``."""
+    return Drifts((name, converted(run, values, "exact")) for name, values in _drifts(run).items())
 
-    In double a float64 array for each, otherwise a list of mpmath numbers.
-    """
+
+def _drifts(run: Solution) -> dict[str, Array]:
+    """Return the drifts in the arithmetic in which the run is read."""
     arrays: Any = run.precision.numbers
     fn, count = functions_of(arrays), len(run.sample_times)
     kind = arrays.kind if isinstance(arrays, Hardware) else object
@@ -306,10 +298,7 @@ def drift_over_time(run: Solution) -> Drifts:
             q = segment.columns.array_motion(tuple(row), arrays.number, fn)
             for each in integrals(run):
                 found[each.name][index] = drift(each, [begin, q])[1] + 0 * row[0]
-    if run.precision.is_float:
-        return Drifts((name, values.astype(float)) for name, values in found.items())
-    back: Callable[[Scalar], Scalar] = run.precision.mpfr.back
-    return Drifts((name, list(map(back, values))) for name, values in found.items())
+    return found
 
 
 def is_drift(name: Name) -> bool:
@@ -328,7 +317,7 @@ def drift_columns(
 
     Raises ``InputError``: there is no such quantity.
     """
-    known = dict(drift_over_time(run))
+    known = _drifts(run)
     for integral in integrals(run):
         known |= dict.fromkeys(integral.quantities, known[integral.name])
     columns: dict[str, Any] = {}
@@ -336,16 +325,9 @@ def drift_columns(
         quantity = name.removeprefix(DRIFT)
         if quantity not in known and quantity not in QUANTITIES:
             also, expected = ", or a quantity such as E or D", f"{DRIFT} and one of: "
-            further = (f"{DRIFT}{one}" for one in (*known, *QUANTITIES))
-            raise wrong_name("column", name, known, also, expected=expected, further=further)
+            raise wrong_name("column", name, known, also, expected=expected)
         values = known[quantity] if quantity in known else _changes(run, quantity)
-        if numbers == "text" and not run.precision.is_float:
-            columns[name] = list(map(run.precision.text, values))
-        elif numbers == "exact":
-            columns[name] = values
-        else:
-            doubles = numpy.array(values, dtype=float)
-            columns[name] = shortest_texts(doubles) if numbers == "text" else doubles
+        columns[name] = converted(run, values, numbers)
     return columns
 
 
@@ -353,4 +335,5 @@ def _changes(run: Solution, name: str) -> Array:
     values = table(run, [name], None, "exact")[name]
     known = [abs(value) for value in values if value is not None and value == value]
     scale = (values[0] and abs(values[0])) or max(known, default=0) or 1
-    return numpy.array([v if v is None else abs(v - values[0]) / scale for v in values])
+    apart = [value if value is None else abs(value - values[0]) / scale for value in values]
+    return run.precision.numbers.array(apart)

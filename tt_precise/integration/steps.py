@@ -128,33 +128,23 @@ def of_heyoka(output: ContinuousOutput, setup: Setup, start: InitialState) -> St
             terms[:, :, k] = (series[:, :, k] * power[:, None]).astype(float)
             power = power * span
 
-    def in_double(times: Array, numbers: Any) -> tuple[Sequence[Array], Array]:
-        rounded = times.astype(float)
-        with lock:
-            rows = numpy.array(output(rounded)).T
-        if isinstance(numbers, Hardware):
-            return list(rows.astype(numbers.kind)), (times - rounded).astype(float)
-        return [numbers.array(x.tolist()) for x in rows], times - rounded
-
-    def in_software(times: Array, numbers: Any) -> tuple[Sequence[Array], Array]:
-        widen, rounded = (
-            precision.with_guard_bits,
-            [precision.number(numbers.back(t)) for t in times],
-        )
-        with lock:
-            rows = [tuple(map(widen, output(t))) for t in rounded]
-        delay = times - numbers.array(list(map(widen, rounded)))
-        return [numbers.array(column) for column in zip(*rows, strict=True)], delay
-
     def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
-        if not precision.is_float and isinstance(numbers, Hardware):
-            wide, mpf = precision.mpfr, precision.context.mpf
-            exact = [mpf(float(t)) + mpf(float(t - float(t))) for t in times]
-            with wide.precision():
-                row = evaluate(step, wide.array(exact), wide)
-            return [numbers.array(list(map(wide.back, x))) for x in row]
-        rows, delay = (in_double if precision.is_float else in_software)(times, numbers)
-        return shifted(setup, start, rows, delay, numbers) if delay.any() else list(rows)
+        if precision.is_float:
+            rounded = times.astype(float)
+            with lock:
+                columns = numpy.array(output(rounded)).T
+            if isinstance(numbers, Hardware):
+                row, delay = list(columns.astype(numbers.kind)), (times - rounded).astype(float)
+            else:
+                row, delay = [numbers.array(x.tolist()) for x in columns], times - rounded
+        else:
+            widen = precision.with_guard_bits
+            near = [precision.number(numbers.back(t)) for t in times]
+            with lock:
+                rows = [tuple(map(widen, output(t))) for t in near]
+            row = [numbers.array(column) for column in zip(*rows, strict=True)]
+            delay = times - numbers.array(list(map(widen, near)))
+        return shifted(setup, start, row, delay, numbers) if delay.any() else row
 
     return Steps(begin, length, terms, evaluate)
 

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from tt_precise.scene.scene import Scene
 
 WIDTH, PANEL = 7.0, 1.55  # inches
 ENERGIES = ("E", "E_rot", "E_trans", "E_pot")
@@ -91,25 +90,23 @@ def _panel(
     axes: Axes, run: Solution, samples: Mapping[str, Array], columns: Sequence[Name]
 ) -> None:
     names, several = [_name(column) for column in columns], len(columns) > 1
-    first = names[0].removeprefix(ERROR)
+    first = names[0].removeprefix(ERROR).removeprefix(DRIFT)
     for name in names:
         at = plotting.thinned(samples["t"], samples[name])
-        label = name.removeprefix(DRIFT).replace("_", " ") if is_drift(name) else _label(name)
-        axes.plot(samples["t"][at], samples[name][at], label=label)
-    if is_drift(first):
-        kind = "change" if changes(run, names) else "drift"
-        eps = float(run.precision.eps)
+        axes.plot(samples["t"][at], samples[name][at], label=_label(name))
+    symbol = _label(names[0])
+    if is_drift(names[0]):
+        kind, eps = "change" if changes(run, names) else "drift", float(run.precision.eps)
         if kind == "drift" and max(numpy.nanmax(samples[n]) for n in names) > COARSE * eps:
             axes.set_yscale("symlog", linthresh=eps)
             locator: Any = axes.yaxis.get_major_locator()
             locator.set_params(numticks=6)
         axes.set_ylim(bottom=0)
-        of = "" if several else f"\nof {_label(first.removeprefix(DRIFT))}"
-        axes.set_ylabel(f"relative {kind}{of}")
+        axes.set_ylabel(f"relative {kind}" + ("" if several else f"\nof {symbol}"))
     else:
         unit = "1" if first == DIGITS else getattr(columns[0], "unit", None)
-        symbol = "" if several else f"{_label(names[0])} / "
-        axes.set_ylabel(symbol + (unit or described(first).unit))
+        unit = unit or described(first).unit
+        axes.set_ylabel(unit if several else f"{symbol} / {unit}")
     if names[0].startswith(ERROR):
         axes.set_yscale("log")
     if several:
@@ -137,7 +134,8 @@ def _name(name: Name) -> str:
 def _label(name: str) -> str:
     if name.startswith(ERROR):
         return f"error of {_label(name.removeprefix(ERROR))}"
-    return plotting.SYMBOLS.get(name, name)
+    known = name.removeprefix(DRIFT)
+    return plotting.SYMBOLS.get(known, known.replace("_", " ") if is_drift(name) else known)
 
 
 class Page(PosixPath):
@@ -179,16 +177,17 @@ def animate(
     target = require_animation(path)
     if not 0 < seconds < numpy.inf:
         raise InputError(f"animate: got {shortened(seconds)} s, expected a time above 0")
-    runs = {label or _name_of(run.scene): run, **others}
+    law = run.scene.body.friction  # named where it is not the viscous one
+    own = run.scene.name if law is VISCOUS else f"{run.scene.name}, {law.name} friction"
     # the runs that have the pose: an early end may differ in its last bits
-    runs = {name: with_quadratures(solution) for name, solution in runs.items()}
-    last = min(float(solution.t_end) for solution in runs.values()) if end is None else end
-    for solution in runs.values():
-        if not 0 <= begin < last <= float(solution.t_end):
-            raise InputError(
-                f"animate: got {shortened(begin)} to {shortened(last)} s, expected a span within 0 "
-                f"to {float(solution.t_end):g} s"
-            )
+    runs = {n: with_quadratures(x) for n, x in {label or own: run, **others}.items()}
+    ends = [float(solution.t_end) for solution in runs.values()]
+    last = min(ends) if end is None else end
+    if not 0 <= begin < last <= min(ends):
+        raise InputError(
+            f"animate: got {shortened(begin)} to {shortened(last)} s, expected a span within 0 "
+            f"to {min(ends):g} s"
+        )
     motions = [playable(solution, begin, last, seconds, name) for name, solution in runs.items()]
     atomic_write(target, player.page(motions))
     return target
@@ -206,8 +205,7 @@ def playable(
     R, alpha = float(scene.body.R), float(scene.body.alpha)
     course = {name: table[name] for name in ("theta", "phi", "psi")}
     # the point below the sphere's centre, which lies alpha R along the axis from the centre of mass
-    for name in ("x", "y"):
-        course[name] = table[name] / R + alpha * table[f"k{name}"]
+    course |= {name: table[name] / R + alpha * table[f"k{name}"] for name in ("x", "y")}
     if scene.further_columns:
         course["lift"] = numpy.maximum(table["z"] / R + alpha * table["kz"] - 1, 0)
     words = (
@@ -223,9 +221,3 @@ def playable(
         begin=begin,
         seconds=seconds,
     )
-
-
-def _name_of(scene: Scene) -> str:
-    """The scene's name, with the law of friction where it is not the viscous one."""
-    law = scene.body.friction
-    return scene.name if law is VISCOUS else f"{scene.name}, {law.name} friction"

@@ -56,8 +56,6 @@ MOST_STEPS_AT_ONCE = 4096  # bounds memory to 50 MB
 SHAPE = 2.0**-16
 SINGLE = 2.0**-10  # The same where a polynomial has one zero, which only begins secants.
 BISECTIONS = 30  # Halvings of a step, which leave 2^-30 of the step to a bend.
-# Intervals after rest: rounding hides the direction of the slip there, and more of them are noise.
-MOST_AT_REST = 20_000
 MOST_INTERVALS = 10_000  # Intervals of steps that are divided at once; bounds memory to 50 MB.
 # Smallest value at a zero, relative to the values beside it, that shows a jump: halving ends at a
 # value of rounding, 2^-53 of them, where a function is continuous, and at 1 beside a step.
