@@ -53,7 +53,7 @@ ARITHMETICS = {
     "numpy": Arithmetic(numpy, float, float, ALL),
     "long double": Arithmetic(numpy, numpy.longdouble, float, ALL),
     "mpmath": Arithmetic(MP, MP.mpf, float, ALL),
-    "MPFR": Arithmetic(WIDE, WIDE.number, float, SOME | {"acos", "exp", "hypot", "log"}),
+    "MPFR": Arithmetic(WIDE, WIDE.number, float, ALL),
     "heyoka": Arithmetic(heyoka, heyoka.expression, compiled, ALL - {"cbrt", "hypot"}),
     "balls": Arithmetic(Balls, arb, float, SOME | {"acos", "exp", "hypot"}),
     "fractions": Arithmetic(Exponential, None, None, frozenset({"exp", "sqrt"})),
