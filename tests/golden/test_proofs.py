@@ -54,14 +54,13 @@ def problem(folder: Path) -> str:
 def refused(scene: Scene, folder: Path) -> str:
     """Why the proof establishes nothing."""
     proof = established(scene, folder)
-    assert proof.record is None
+    assert proof.proof is None
     return proof.why
 
 
 def test_the_committed_proof_establishes_its_scene(scene: Scene) -> None:
     proof = established(scene)
-    assert proof.record is not None, proof.why
-    assert proof.record.digits == 34
+    assert proof.why == ""
     assert proof.g_n_positive
     for definition, which in product("ABC", ("t_init", "t_end")):
         moment = proof.moment(definition, which)
@@ -153,18 +152,15 @@ def test_a_proof_that_is_none_is_refused(folder: Path, scene: Scene, text: str) 
 
 def test_intervals_reach_from_the_least_corner_to_the_largest() -> None:
     ends = [Fraction(x) for x in ("-3", "-0.5", "0", "0.25", "2")]
-    intervals = [(a, b) for a, b in product(ends, ends) if a <= b]
+    intervals = [Interval(a, b) for a, b in product(ends, ends) if a <= b]
     for one, other, operation in product(intervals, intervals, (sub, truediv)):
-        if operation is truediv and other[0] <= 0 <= other[1]:
+        assert (one < other) == (one.high < other.low) == (other > one)
+        if operation is truediv and other.low <= 0 <= other.high:
             with pytest.raises(ZeroDivisionError):
-                Interval(*one) / Interval(*other)
-            continue
-        corners = [operation(a, b) for a, b in product(one, other)]
-        found = operation(Interval(*one), Interval(*other))
-        assert (found.low, found.high) == (min(corners), max(corners))
-    for one, other in product(intervals, intervals):
-        below = one[1] < other[0]
-        assert (Interval(*one) < Interval(*other)) == below == (Interval(*other) > Interval(*one))
+                one / other
+        else:
+            corners = [operation(a, b) for a, b in product(one, other)]
+            assert [*operation(one, other)] == [min(corners), max(corners)]
 
 
 @pytest.mark.parametrize("ball", [("nan", "1"), ("1", "inf"), ("1", "-1"), ("-inf", "0")])
@@ -176,15 +172,6 @@ def test_what_is_no_ball_is_refused(ball: tuple[str, str]) -> None:
     assert third.high - third.low == Fraction(4, 10**40)
 
 
-@pytest.mark.parametrize(
-    ("text", "low", "high"),
-    [
-        ("1.50e+0", "1.495", "1.505"),
-        ("-2e-3", "-2.5e-3", "-1.5e-3"),
-        ("0", "-5e-35", "5e-35"),
-        ("0.02", "0.015", "0.025"),
-    ],
-)
-def test_a_printed_number_encloses_the_exact_one(text: str, low: str, high: str) -> None:
-    found = Interval.of_printed(text, Decimal("0.5"))
-    assert (found.low, found.high) == (Fraction(low), Fraction(high))
+def test_a_printed_number_encloses_the_exact_one() -> None:
+    for text, low, high in (("-2e-3", "-2.5e-3", "-1.5e-3"), ("0", "-5e-35", "5e-35")):
+        assert [*Interval.of_printed(text, Decimal("0.5"))] == [Fraction(low), Fraction(high)]

@@ -1,16 +1,14 @@
 """Only digits on which all runs agree are published; no event is missing."""
 
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from decimal import Decimal
-from fractions import Fraction
 
 import pytest
 
 from tests.golden.conftest import Small, shortened, with_table
 from tests.golden.tables import other_digit, with_cell
-from tt_precise.golden.runs import GoldenRun, exact_decimal, in_order, perform, reconcile
+from tt_precise.golden.runs import GoldenRun, in_order, perform, reconcile
 from tt_precise.golden.store import EVENTS, TRAJECTORY
 from tt_precise.golden.table import ZERO, Table, agreement, digits_of
 
@@ -133,24 +131,6 @@ def test_simultaneous_events_keep_the_order_of_the_catalogue() -> None:
     assert in_order(rows[::-1]) == [rows[1], rows[0], *rows[2:]]
     later = ("theta_max", "1.00000000000000000000000000001e+0")
     assert in_order([later, rows[0]]) == [rows[0], later]
-
-
-@pytest.mark.parametrize(
-    ("time", "text"),
-    [("0.01", "0.01"), ("8", "8"), ("0", "0"), ("1/8", "0.125"), ("1/3", None), ("100", "100")],
-)
-def test_times_are_exact_decimals(time: str, text: str | None) -> None:
-    assert exact_decimal(Fraction(time)) == text
-
-
-def test_cusps_are_no_change_of_sign() -> None:
-    # from phi_dot = 0 on ice, phi_dot comes back to 0 at each maximum of theta and turns there
-    run_scene = shortened("frictionless", "0.2")
-    run = perform(run_scene, bits=160)
-    names = Counter(run.tables[EVENTS].column("name"))
-    assert names["theta_max"] == 5
-    assert "phi_dot_zero" not in names
-    assert reconcile(run_scene, [run, run]).complete
 
 
 @pytest.mark.parametrize("name", ["upright", "inverted"])

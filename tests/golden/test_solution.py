@@ -10,7 +10,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.golden import solution
-from tt_precise.golden.solution import Distance, Rows, TrueSolution, relative_errors
+from tt_precise.golden.solution import Rows, TrueSolution, relative_errors
 from tt_precise.golden.store import Stored, read_files
 from tt_precise.golden.table import EXACTLY
 from tt_precise.mechanics.digits import sizes
@@ -163,21 +163,3 @@ def test_missing_numbers_are_infinitely_wrong_and_undefined_ones_are_not_compare
     assert errors["theta_dot"][0] == math.inf
     assert math.isnan(errors["theta_dot"][1])
     assert 0 < errors["theta_dot"][2] < math.inf
-
-
-def test_the_largest_error_and_the_first_of_equal_ones_is_named() -> None:
-    nan = math.nan
-    errors = {"kx": numpy.array([0, 1e-3, nan, 1e-3]), "ky": numpy.array([0, 1e-6, nan, nan])}
-    errors["phi_dot"] = numpy.array([nan] * 4)
-    compared = numpy.array([True, True, False, True])
-    distance = Distance(numpy.arange(4.0), errors, compared, "", 3.0)
-    assert distance.fewest() == {"kx": pytest.approx(3), "ky": pytest.approx(6)}
-    assert distance.at == 1.0
-    assert distance.worst().tolist() == [0, 1e-3, 0, 1e-3]
-    assert distance._replace(compared=numpy.zeros(4, bool)).at is None
-
-
-def test_the_remedy_for_rows_beyond_an_early_end_is_a_time_before_it() -> None:
-    assert "--until 1.33," in solution.ending("contact_lost", 1.33692)
-    assert solution.ending("landed", 0.0099999).endswith("--until 0.00999")
-    assert solution.ending("landed", 0.0).endswith("--until 0")

@@ -1,6 +1,5 @@
 """Tables of text, and the digits that are printed of an entry."""
 
-import math
 from decimal import Decimal
 
 import pytest
@@ -11,7 +10,6 @@ from tt_precise.golden.table import (
     as_decimal,
     claims,
     common_text,
-    correct_digits,
     is_near_zero,
     malformed_cells,
     prints,
@@ -98,12 +96,6 @@ def test_cells_of_another_form_are_named(cell: str) -> None:
     assert [line.partition(":")[0] for line in malformed_cells("x.csv", table)] == [
         "x.csv, line 3, kx"
     ]
-
-
-def test_correct_digits_lie_between_0_and_34() -> None:
-    assert correct_digits(0.0) == correct_digits(1e-60) == 34
-    assert correct_digits(1e-12) == pytest.approx(12)
-    assert correct_digits(7.0) == correct_digits(math.inf) == 0
 
 
 def test_a_missing_number_is_none_and_other_text_is_refused() -> None:

@@ -55,7 +55,7 @@ def problems(small: Small) -> str:
     ("file", "change", "words"),
     [
         (TRAJECTORY, lambda lines: lines.pop(4), "got a row of t = 0.04, expected t = 0.03"),
-        (TRAJECTORY, lambda lines: lines.pop(), "ends at t = 0.05, before the horizon"),
+        (TRAJECTORY, lambda lines: lines.pop(), "got a row of t = nothing, expected t = 0.06"),
         (TRAJECTORY, lambda lines: lines.__delitem__(slice(1, None)), "no row, expected one"),
         (TRAJECTORY, swapped, "columns are t,kx,ky,kz,Lx,Ly,Lz,vy,vx"),
         (TRAJECTORY, last_digit, "changed since it was written"),
@@ -70,27 +70,26 @@ def test_a_changed_table_is_found_and_named(
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("place", "value", "words"),
     [
-        (lambda m: m.update(digits=33), "manifest.json: digits is '33', the data say '34'"),
-        (
-            lambda m: m["files"][TRAJECTORY]["columns"]["kx"].update(digits=30),
-            "columns: kx: digits is '30', the data say '34'",
-        ),
-        (lambda m: m["files"][EVENTS].update(rows=1), "events.csv: rows is '1'"),
-        (lambda m: m.update(scene="other"), "manifest.json: scene is 'other'"),
-        (lambda m: m.update(title="Another"), "title is 'Another', the data say 'Reference"),
-        (
-            lambda m: m.update(schema="tt_precise.golden/0"),
-            "expected 'tt_precise.golden/2'",
-        ),
-        (lambda m: m.pop("evidence"), "missing required field `evidence`"),
-        (lambda m: m["files"].update({"scene.toml": {}}), "missing required field `sha256`"),
+        ("digits", 33, "manifest.json: digits is '33', the data say '34'"),
+        ("files/trajectory.csv/columns/kx/digits", 30, "kx: digits is '30', the data say '34'"),
+        ("files/events.csv/rows", 1, "events.csv: rows is '1'"),
+        ("scene", "other", "manifest.json: scene is 'other'"),
+        ("schema", "tt_precise.golden/0", "expected 'tt_precise.golden/2'"),
+        ("evidence", None, "`$.evidence`"),
+        ("evidence/constant_over_printed_rows/jellett", 20.0, "jellett is '20.0', the data say '3"),
     ],
 )
 def test_an_edited_manifest_is_found_and_named(
-    small: Small, change: Callable[[dict[str, Any]], None], words: str
+    small: Small, place: str, value: Any, words: str
 ) -> None:
+    def change(manifest: dict[str, Any]) -> None:
+        *path, last = place.split("/")
+        for key in path:
+            manifest = manifest[key]
+        manifest[last] = value
+
     edit_json(small.path / MANIFEST, change, json.dumps)
     assert words in problems(small)
 
@@ -117,12 +116,12 @@ def test_only_a_vertical_axis_leaves_its_azimuth_open(
     assert (line not in "".join(judge(stored, fresh)[1])) is empty
 
 
-@pytest.mark.parametrize("status", ["contact_lost", "pole", "failed"])
-def test_another_end_of_the_motion_is_found(small: Small, fresh: GoldenRun, status: str) -> None:
+def test_another_end_of_the_motion_is_found(small: Small, fresh: GoldenRun) -> None:
     stored = store.read_files(small.scene.name, small.folder)
     assert judge(stored, fresh)[1] == []
-    complaints = judge(stored, replace(fresh, status=status))[1]
-    assert complaints == [f"status: newton quad ends {status}, the manifest says complete"]
+    for status in ("contact_lost", "pole", "failed"):
+        (complaint,) = judge(stored, replace(fresh, status=status))[1]
+        assert complaint == f"status: newton quad ends {status}, the manifest says complete"
 
 
 def test_a_scene_that_cannot_be_computed_fails_beside_the_others(small: Small) -> None:
@@ -156,13 +155,6 @@ def test_a_fresh_computation_that_is_too_coarse_takes_the_bits_of_the_data(
     monkeypatch.setattr(verifying.proofs, "summary", lambda stored: {"digits": 34})
     verification = verifying.verify_scene(small.path)
     assert (verification.verdict, verification.fresh) == ("pass", "newton 160")
-    # data of another start are no matter of bits
-    text = (small.path / "scene.toml").read_text().replace('"155"', '"155.0001"')
-    (small.path / "scene.toml").write_text(text)
-    rehash(small.path)
-    verification = verifying.verify_scene(small.path)
-    assert verification.verdict == "fail"
-    assert (verification.digits_found or 0) < 9
 
 
 def test_data_that_ship_are_of_the_scene_that_ships(small: Small, monkeypatch: Patch) -> None:
@@ -175,21 +167,10 @@ def test_data_that_ship_are_of_the_scene_that_ships(small: Small, monkeypatch: P
 def test_tables_that_cannot_be_compared_do_not_pass(small: Small, fresh: GoldenRun) -> None:
     """Without ``inspect``, which finds other columns too."""
     stored = store.read_files(small.scene.name, small.folder)
-
-    def renamed(table: Table) -> Table:
-        return Table(tuple(f"{n}_" if n == "theta" else n for n in table.columns), table.rows)
-
-    def without_rows(table: Table) -> Table:
-        return Table(table.columns, ())
-
-    for change, words in (
-        (renamed, f"{EVENTS}: has other columns than a fresh computation"),
-        (without_rows, "newton quad: no entry could be compared, expected all of them"),
-    ):
-        tables = {file: change(table) for file, table in stored.tables.items()}
-        digits, lines = judge(replace(stored, tables=tables), fresh)
-        assert digits is None
-        assert words in lines
+    empty = {file: Table(table.columns, ()) for file, table in stored.tables.items()}
+    digits, lines = judge(replace(stored, tables=empty), fresh)
+    assert digits is None
+    assert "newton quad: no entry could be compared, expected all of them" in lines
 
 
 def damaged(place: Path, rng: random.Random) -> str:

@@ -84,21 +84,8 @@ class Interval:
 Event = dict[str, Interval]  # time and columns of the state there; and ``direction``, +1 or -1
 
 
-@dataclass(frozen=True)
-class TableProof:
-    """The valid proof of one scene's golden tables."""
-
-    content: dict[str, Json]
-    digits: int
-
-    @property
-    def summary(self) -> dict[str, Json]:
-        """The proved digits and the count of proved numbers, for a list of scenes."""
-        return {"digits": self.digits, **{n: self.content[n] for n in ("rounded", "entries")}}
-
-
-def read_proof(stored: Stored) -> TableProof | None:
-    """The valid proof of golden tables; None if there is none.
+def read_proof(stored: Stored) -> dict[str, Json] | None:
+    """The content of the valid proof of golden tables; None if there is none.
 
     Raises ``InputError``: the file cannot be used, or contradicts the tables.
     """
@@ -111,7 +98,7 @@ def read_proof(stored: Stored) -> TableProof | None:
         raise InputError(f"{stored.name}: the proof cannot be used ({error}){again}") from None
     for problem in _contradictions(stored, content):
         raise InputError(f"{problem}{again}")
-    return TableProof(content, stored.manifest["digits"])
+    return content
 
 
 def _contradictions(stored: Stored, content: dict[str, Json]) -> Iterator[str]:
@@ -129,10 +116,11 @@ def _contradictions(stored: Stored, content: dict[str, Json]) -> Iterator[str]:
 def summary(stored: Stored) -> dict[str, Json] | None:
     """The proved digits and numbers, or the ``problem`` of the proof; None without a proof."""
     try:
-        record = read_proof(stored)
+        proof = read_proof(stored)
     except InputError as error:
         return {"problem": str(error)}
-    return record.summary if record else None
+    numbers = {name: proof[name] for name in ("rounded", "entries")} if proof else {}
+    return {"digits": stored.manifest["digits"], **numbers} if proof else None
 
 
 def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:
@@ -166,12 +154,12 @@ class Established:
     """Statements of a valid, complete proof of a scene, in SI; without one nothing, and ``why``."""
 
     stored: Stored | None = None
-    record: TableProof | None = None
+    proof: dict[str, Json] | None = None
     why: str = ""
 
     @property
     def _content(self) -> dict[str, Json]:
-        return self.record.content if self.record else NOTHING
+        return self.proof or NOTHING
 
     @cached_property
     def _rows(self) -> dict[str, int]:
@@ -263,10 +251,10 @@ def established(scene: Scene, folder: Path | None = None) -> Established:
         why = f"{scene.name}: the golden data are those of another start, body or horizon"
         return Established(why=why)
     try:
-        record = read_proof(stored)
+        proof = read_proof(stored)
     except InputError as error:
         return Established(why=str(error))
-    if record is None:
+    if proof is None:
         again = f"`tt-precise golden certify {scene.name}` makes it"
         return Established(why=f"{scene.name}: no {PROOF}; {again}")
-    return Established(stored, record)
+    return Established(stored, proof)

@@ -24,8 +24,8 @@ from tt_precise.golden.table import (
     ZERO,
     Table,
     agreement,
+    claims,
     common_text,
-    digits_of,
     is_near_zero,
 )
 from tt_precise.integration import events as catalogue
@@ -160,10 +160,9 @@ class Consensus:
         if self.contradictions or self.agreement < ENOUGH:
             return False
         return all(
-            not cell or digits_of(cell) >= DIGITS or is_near_zero(cell, scales[name])
+            claims(table.column(name), scales[name])["digits"] in (None, DIGITS)
             for table in self.tables.values()
             for name in table.numbers[1:]
-            for cell in table.column(name)
         )
 
 

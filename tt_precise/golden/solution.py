@@ -180,10 +180,8 @@ class TrueSolution:
 
         longest = float(LONGEST * self.scene.until)
         if until > longest:
-            raise InputError(
-                f"rows reach t = {float(until):.6g} s of the solution, expected at most "
-                f"{longest:g} s, {LONGEST} times the scene's horizon"
-            )
+            expected = f"expected at most {longest:g} s, {LONGEST} times the scene's horizon"
+            raise InputError(f"rows reach t = {float(until):.6g} s of the solution, {expected}")
         for (reached, good, recorded), run in self._runs.items():
             if reached >= until and good >= digits and {*record} <= {*recorded}:
                 return run
@@ -278,9 +276,8 @@ def _apart(name: str, number: Scalar, cell: str) -> float:
 
 
 def _doubles(cells: Sequence[Any] | Array) -> Array:
-    if isinstance(cells, numpy.ndarray):
-        return numpy.asarray(cells, float)
-    return numpy.array([float(cell) if cell else math.nan for cell in cells])
+    decimals = not isinstance(cells, numpy.ndarray)
+    return numpy.array([cell or "nan" for cell in cells] if decimals else cells, dtype=float)
 
 
 def _unmeasured(rows: Rows, names: Sequence[str], how: str, last: float) -> Distance:
@@ -294,13 +291,10 @@ def _measure(
 ) -> None:
     """Measure the rows ``part`` into ``distance``, with errors of at least ``floor``."""
     exactly, decimals = rows.exactly, not any(isinstance(x, numpy.ndarray) for x in true.values())
-    errors = relative_errors(
-        scene,
-        {name: cells for name, cells in true.items() if name != "t"},
-        {name: rows.values[name][part] for name in distance.errors},
-        (lambda row, names: exactly(int(part[row]), names)) if exactly and decimals else None,
-    )
-    for name, error in errors.items():
+    cells = {name: column for name, column in true.items() if name != "t"}
+    numbers = {name: rows.values[name][part] for name in distance.errors}
+    own = (lambda row, names: exactly(int(part[row]), names)) if exactly and decimals else None
+    for name, error in relative_errors(scene, cells, numbers, own).items():
         distance.errors[name][part] = numpy.where(error < floor, floor, error)
     distance.compared[part] = True
 

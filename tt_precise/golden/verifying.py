@@ -6,6 +6,7 @@ the solution with another integrator than that of the data, and compares entry b
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
@@ -18,13 +19,7 @@ from tt_precise.golden.manifest import derive
 from tt_precise.golden.runs import BITS, GoldenRun, columns, exact_decimal, perform
 from tt_precise.golden.solution import relative_errors
 from tt_precise.golden.store import EVENTS, MANIFEST, PROOF, SCENE, TRAJECTORY, Folder, Stored
-from tt_precise.golden.table import (
-    LABELS,
-    Table,
-    correct_digits,
-    malformed_cells,
-    prints,
-)
+from tt_precise.golden.table import LABELS, Table, correct_digits, malformed_cells, prints
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.runtime.workers import Call, Failure, local_pool
@@ -220,27 +215,24 @@ def inspect(name: str | Path, folder: Folder = None) -> tuple[Stored | None, lis
     if not any(line.startswith((TRAJECTORY, EVENTS)) for line in problems):
         stated = derive(scene, stored.scene_text, stored.tables)
         problems += _differences(stated, stored.manifest, MANIFEST)
-    return stored, problems + _problems_of_proof(stored, changed)
-
-
-def _problems_of_proof(stored: Stored, changed: list[str]) -> list[str]:
     try:
         proofs.read_proof(stored)
+        problems += [line for line in changed if line.startswith(PROOF)]
     except InputError as error:
-        return [str(error)]
-    return [line for line in changed if line.startswith(PROOF)]
+        problems.append(str(error))
+    return stored, problems
 
 
 def _other_times(scene: Scene, stored: Stored) -> Iterator[str]:
     """The first row at another time than the scene's samples, or a missing end."""
-    complete = stored.manifest["status"] == "complete"
-    times = stored.trajectory.column("t")[: None if complete else -1]
-    for expected, printed in zip(map(exact_decimal, scene.sample_times), times, strict=False):
-        if expected is not None and printed != expected:
-            yield f"{TRAJECTORY}: got a row of t = {printed}, expected t = {expected}"
-            return
-    if complete and len(times) < len(scene.sample_times):
-        yield f"{TRAJECTORY}: ends at t = {times[-1]}, before the horizon"
+    printed = stored.trajectory.column("t")
+    expected: Iterator[str | None] = map(exact_decimal, scene.sample_times)
+    if stored.manifest["status"] != "complete":  # the end is computed
+        printed, expected = printed[:-1], itertools.islice(expected, len(printed) - 1)
+    for mine, sample in itertools.zip_longest(printed, expected, fillvalue="nothing"):
+        if sample not in (None, mine):
+            yield f"{TRAJECTORY}: got a row of t = {mine}, expected t = {sample}"
+            break
 
 
 def _differences(derived: Json, stated: Json, where: str) -> Iterator[str]:

@@ -11,7 +11,6 @@ import numpy
 from jinja2 import Template
 
 from tt_precise.golden import proofs, store
-from tt_precise.golden.proofs import TableProof
 from tt_precise.report import style
 from tt_precise.report.document import TEMPLATES, Block, Figure, PageTable, Panel, Section
 from tt_precise.report.style import Numbers, figure
@@ -65,21 +64,22 @@ def proof_section() -> Section:
         results[name] = {"proof": verdict}
         if proof is None:
             continue
-        content, manifest = proof.content, store.read_files(name).manifest
+        content, manifest = proof, store.read_files(name).manifest
         rows[-1] |= {
             "to t (s)": f"{float(manifest['t_end']):.4g}",
             "bits": str(content["bits"]),
             "steps": str(content["steps"]),
-            "digits proved, worst column": str(proof.digits),
+            "digits proved, worst column": str(manifest["digits"]),
             "numbers proved correctly rounded": f"{content['rounded']} of {content['entries']}",
             "events proved": str(sum(content["proved_events"].values())),
             "contact force": _contact(content["contact"]),
         }
-        digits.append((name, manifest["digits"], proof.digits))
+        digits.append((name, manifest["digits"], manifest["digits"]))
         times += _times(name, content["inversion"])
         limits += _limits(name, content["forever"])
         keys = ("contact", "proved_events", "inversion", "forever")
-        results[name] |= proof.summary | {key: content[key] for key in keys}
+        proved = {key: content[key] for key in ("rounded", "entries", *keys)}
+        results[name] |= {"digits": manifest["digits"], **proved}
     blocks: dict[str, Block] = {
         "proofs-table": PageTable.of(rows, folded=True),
         "times-table": PageTable.of(times, folded=True),
@@ -90,7 +90,7 @@ def proof_section() -> Section:
     return Section.of("proofs", blocks, results)
 
 
-def _proof(name: str) -> tuple[str, TableProof | None]:
+def _proof(name: str) -> tuple[str, dict[str, Json] | None]:
     """Return the state of a scene's proof in words, and the proof if it is valid."""
     try:
         proof = proofs.read_proof(store.read_files(name))
