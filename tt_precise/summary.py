@@ -33,7 +33,7 @@ ENDS = {
     "not_inverted": "not the inverted spin", "undecided": "undecided",
 }  # fmt: skip
 IGNORED = "CONTACT IGNORED: g_n < 0 on the way, where no table holds the top"
-TANGENCY = "its function touches zero, stays there, or crosses it by less than the accuracy"
+TANGENCY = "its function touches zero, stays there, or crosses it by less than the run's accuracy"
 Texts = dict[str, str | None]
 Arithmetic = Literal["double", "double-double", "quad", "triple-double", "mp"]
 Ending = Literal[

@@ -114,8 +114,9 @@ def _catalogue(as_json: bool) -> int:
         f"{ZERO}QUANTITY": f"any quantity changes sign, such as {ZERO}E_dot",
         CLIMB: "times of the climb by three definitions, below the events of a scene",
     }
-    always = {f"{name} (in every run)": meaning for name, meaning in (JOINING | TERMINAL).items()}
-    listing = meanings | forms | always
+    always = {name: f"{meaning} (in every run)" for name, meaning in JOINING.items()}
+    ends = {name: f"{meaning} (ends a run)" for name, meaning in TERMINAL.items()}
+    listing = meanings | forms | always | ends
     content = {"schema": SCHEMA, "events": meanings, "joining": JOINING, "terminal": TERMINAL}
     options.emit(as_json, content, (f"{name:<20} {text}" for name, text in listing.items()))
     return 0

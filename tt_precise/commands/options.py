@@ -14,7 +14,7 @@ import click
 from tt_precise.runtime import plotting, tables
 from tt_precise.runtime.files import require_writable
 from tt_precise.runtime.terminal import say
-from tt_precise.runtime.values import Json, listed, require_name
+from tt_precise.runtime.values import InputError, Json, listed, require_name
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -76,7 +76,9 @@ def scene(**argument: Any) -> Callable[[F], F]:
             from tt_precise.scene.scene import load_scene
 
             loaded = None if scene is None else load_scene(scene)
-            if loaded is not None and until is not None:
+            if until is not None:
+                if loaded is None:
+                    raise InputError(f"--until: got no SCENE, expected one that ends at {until}")
                 loaded = loaded.varied(until=until)
             return function(scene=loaded, **rest)
 
