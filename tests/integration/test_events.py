@@ -1,12 +1,10 @@
 """Events: complete, in the right places, with the states that belong to them."""
 
-from collections import Counter
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
 import mpmath
-import numpy
 import pandas
 import pytest
 
@@ -67,17 +65,6 @@ def test_every_event_lies_where_its_meaning_says(fine: Trajectory) -> None:
     assert misplaced(fine, events, reach) == []
     late = events.assign(t=events["t"] + 3 * reach)
     assert len(misplaced(fine, late, reach)) == len(events)
-
-
-def test_changes_of_sign_in_dense_samples_are_as_many(double: Trajectory) -> None:
-    """In samples every 0.4 ms; two events of a kind are 0.53 ms apart or more."""
-    samples = double.frame(times=[Fraction(i, 2500) for i in range(1, 20_001)])
-    counts = Counter(double.event_counts)
-    counts["theta_min"] += counts.pop("theta_max")  # one function
-    assert set(counts) == set(MEANINGS) - {"theta_max"}
-    for name, count in counts.items():
-        values = MEANINGS[name][0](samples).to_numpy()
-        assert numpy.count_nonzero(values[1:] * values[:-1] < 0) == count > 0, name
 
 
 def test_an_event_at_the_horizon_is_in_or_out(fine: Trajectory, reference: Scene) -> None:

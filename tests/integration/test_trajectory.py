@@ -38,12 +38,6 @@ def test_newton_and_euler_agree(half: Scene, half_quad: Trajectory) -> None:
     assert digits_between(integrate(half, "quad", formulation="euler"), half_quad) > 28
 
 
-@pytest.mark.slow
-def test_newton_and_euler_agree_to_the_end(reference: Scene, quad: Trajectory) -> None:
-    assert 0 < integrate(reference, "mp").drift["jellett"] < 1e-56
-    assert digits_between(integrate(reference, "quad", formulation="euler"), quad) > 28
-
-
 @pytest.mark.parametrize(
     "scene", ["rolling", more("frictionless"), more("phi-dot-195"), "upright", "inverted"]
 )

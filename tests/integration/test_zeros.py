@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy
 import pytest
 
 from tests.conftest import Patch, more
@@ -177,6 +178,22 @@ def test_events_of_a_velocity_that_decays_are_all_found_or_named(precision: str)
     else:
         assert run.event_counts == {"theta_max": 212, "nu_x_zero": 362}
         assert run.touches == run.unresolved == ()
+
+
+@pytest.mark.parametrize(
+    ("precision", "tolerance"), [("double", 1e-6), ("double-double", 1e-12)], ids=["double", "dd"]
+)
+def test_the_noise_of_a_component_that_decays_is_no_event(precision: str, tolerance: float) -> None:
+    """The errors of k and L carry into the velocity, whose own errors decay with it."""
+    names = ("zero:s_dot_x", "zero:s_dot_y")
+    runs = (("double-double", 0.0), (precision, tolerance))
+    fine, run = (
+        integrate("below-threshold", one, until=40, events=names, tolerance=x) for one, x in runs
+    )
+    times = numpy.array(fine.events["t"], dtype=float)
+    assert run.unresolved == names
+    assert 100 < len(run.events) < len(times) == 147
+    assert all(abs(times - t).min() < 1e-3 for t in run.events["t"].astype(float))
 
 
 @pytest.mark.parametrize("precision", ["double", more("double-double")])

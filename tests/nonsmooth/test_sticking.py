@@ -152,6 +152,15 @@ def test_more_changes_than_fit_are_refused(module: Any, name: str, monkeypatch: 
         tt.integrate(name, events=())
 
 
+def test_plane_motion_stays_plane_after_a_rest() -> None:
+    plane = {"omega_3": "0", "nu_x": "-0.09", "nu_y": "0", "mu": "0.001", "until": "0.2"}
+    run = tt.integrate(scene(theta="0.63", **plane), events="all")
+    assert not run.frame("vy", "omega_3", "phi_dot").to_numpy()[:, 1:].any()
+    # where the top passes the vertical theta is least and its azimuth turns round
+    assert [*run.events["name"]].count("stick") == 2
+    assert {*run.events["name"]} == {"stick", "theta_min", "theta_max", "nu_x_zero", "nu_crossing"}
+
+
 @FORMS
 def test_events_just_after_slipping_begins(formulation: str) -> None:
     """Quantities that are constant or fall from there on have no extremum; the azimuth goes on."""
