@@ -176,11 +176,3 @@ def test_every_event_of_several_pieces_has_its_error(name: str) -> None:
     assert list(found["name"]) == list(true["name"])
     assert_errors(found["error:t"], found["t"].to_numpy() - floats(true["t"]))
     assert (found["digits"] > 4).all()
-
-
-def test_what_is_left_of_a_speed_where_the_top_sticks_is_its_error() -> None:
-    found = integrate("coulomb-stick-slip").event_frame("gliding_speed", "error:gliding_speed")
-    stick = found[found["name"] == "stick"]
-    assert len(stick) == 2
-    assert (stick["error:gliding_speed"] >= stick["gliding_speed"]).all()
-    assert (stick["gliding_speed"] > 0).all()
