@@ -42,7 +42,6 @@ from tt_precise.integration.reading import (
 from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import full_tolerance, refused_in_doubles
 from tt_precise.integration.solution import Solution
-from tt_precise.integration.steps import Limbs
 from tt_precise.mechanics.quantities import UNITLESS, Quantity
 from tt_precise.runtime.values import Array, Functions, InputError
 from tt_precise.scene.numerals import as_fraction, shortest_texts
@@ -287,8 +286,8 @@ class Errors:
         run, other, times = self._run, self.reference, self._run.sample_times
         if self._in_limbs:
             mine, theirs, limbs = run.segments[0], other.segments[0], _limbs_of(other)
-            rows = [_at_limbs(segment, limbs) for segment in (mine, theirs)]
-            return [Pair(numpy.arange(len(times)), mine, rows[0], theirs, rows[1])]
+            row, better = (x.series.at(limbs, None) for x in (mine, theirs))
+            return [Pair(numpy.arange(len(times)), mine, row, theirs, better)]
         if other.status in ARRIVED and run.status in ARRIVED:
             inner: Sequence[Fraction] = other.sample_times
         else:
@@ -406,12 +405,6 @@ def _limbs_of(run: Solution) -> Array:
             return mpfr.to_limbs(local, MOST_LIMBS)
 
     return run.start.once("sample times in limbs", compute)
-
-
-def _at_limbs(segment: Segment, times: Array) -> list[Array]:
-    series = segment.series
-    step = numpy.searchsorted(series.begin, times[:, 0], side="left") - 1
-    return series.evaluate(numpy.maximum(step, 0), times, Limbs())
 
 
 def _zeros_of(

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.precision import LONG_DOUBLES
-from tt_precise.integration.segment import Propagation, Segment, empty_series, require_few_steps
+from tt_precise.integration.segment import Propagation, Segment, require_few_steps
 from tt_precise.integration.setup import Setup, full_tolerance, no_contact_at_start
 from tt_precise.integration.steps import Steps, join, of_heyoka
 from tt_precise.integration.zeros import Zeros, nothing_found
@@ -92,7 +92,7 @@ def propagate(
                 shorter = propagate(setup, start, until=last, series=series)
                 return shorter._replace(status=status)
             row, order = start.first_row(setup.formulation, setup.record), integrator.adaptive.order
-            none = partial(empty_series, len(row))
+            none = partial(join, (), len(row))
             return Propagation(status, last, row, 0, order, nothing_found(setup), none)
         if status == "complete" and integrator.losses:
             status = "contact_ignored"
@@ -101,7 +101,7 @@ def propagate(
 
     def steps() -> Steps:
         if series:
-            return join(blocks) if blocks else empty_series(len(row))
+            return join(blocks, len(row))
         end = time if status == "failed" else until
         return propagate(setup, start, until=end, series=True).series()
 

@@ -18,7 +18,7 @@ from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.events import Event
 from tt_precise.integration.heyoka_backend import LONGEST
-from tt_precise.integration.segment import Propagation, Segment, empty_series, require_few_steps
+from tt_precise.integration.segment import Propagation, Segment, require_few_steps
 from tt_precise.integration.setup import (
     Setup,
     full_tolerance,
@@ -97,12 +97,8 @@ def propagate_in_doubles(
     if status == "complete" and run.losses:
         status = "contact_ignored"
     found = run.zeros.collect() if run.zeros else nothing_found(setup)
-    blocks, size = run.blocks, run.size
-
-    def steps() -> Steps:
-        return join(blocks) if blocks else empty_series(size)
-
-    return Propagation(status, end.time, end.row, run.steps, order, found, steps)
+    series = partial(join, run.blocks, run.size)
+    return Propagation(status, end.time, end.row, run.steps, order, found, series)
 
 
 class _End(NamedTuple):
@@ -152,23 +148,17 @@ class _DoublesRun:
         passed = len(self.ends.collect().hits)
         if len(suspect):
             self.ends.search(block.of(slice(int(suspect[0]), int(suspect[-1]) + 1)))
-        hits, back = self.ends.collect().hits, self.setup.precision.mpfr.back
+        setup, hits, back = self.setup, self.ends.collect().hits, self.setup.precision.mpfr.back
+        form, goes_on, eps = setup.formulation, setup.phase.condition, float(setup.precision.eps)
         for k in range(passed, len(hits)):
             end = _End(hits.name[k], back(hits.time[k]), tuple(back(x[k]) for x in hits.state))
-            if end.status == "contact_lost" and self.setup.contact == "bilateral":
+            pars = self.start.parameters(form)
+            here: Any = SimpleNamespace(state=end.row, pars=pars, time=end.time)
+            if end.status == "contact_lost" and setup.contact == "bilateral":
                 self.losses += 1
-            elif self._happens(end):
+            elif not (goes_on and goes_on(form, end.status, eps, setup.tolerance)(here, -1)):
                 return end
         return _End("", self.fn.mpf(0), ())
-
-    def _happens(self, end: _End) -> bool:
-        """Ask the condition of the phase whether the motion ends."""
-        condition, eps = self.setup.phase.condition, float(self.setup.precision.eps)
-        if not condition:
-            return True
-        form = self.setup.formulation
-        here: Any = SimpleNamespace(state=end.row, pars=self.start.parameters(form), time=end.time)
-        return not condition(form, end.status, eps, self.setup.tolerance)(here, -1)
 
     def _later_end(self, block: Steps, piece: StepBlock, horizon: Scalar) -> _End:
         """Return the end of a piece without zeros: at the horizon, or where steps are too short."""

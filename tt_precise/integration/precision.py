@@ -64,11 +64,9 @@ class Hardware:
 
     def number(self, value: Scalar) -> Scalar:
         """Convert a number of mpmath or Python."""
-        if self.kind == "float64":
-            return math.nan if value is None else float(value)
         high = math.nan if value is None else float(value)
-        if not math.isfinite(high):  # ln v at rest
-            return numpy.longdouble(high)
+        if self.kind == "float64" or not math.isfinite(high):  # ln v at rest
+            return high
         return numpy.longdouble(high) + numpy.longdouble(float(value - high))
 
     def array(self, values: Sequence[Scalar]) -> Array:

@@ -146,9 +146,3 @@ class Segment:
     def inside(self, times: Array, numbers: Any) -> list[Array]:
         """Evaluate the state after the beginning."""
         return self.series.at(times, numbers)
-
-
-def empty_series(size: int) -> Steps:
-    """Return the Taylor steps of a run to t = 0: none."""
-    none = numpy.zeros(0)
-    return Steps(none, none, numpy.zeros((0, size, 2)), lambda step, times, numbers: [])

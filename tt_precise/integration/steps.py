@@ -77,13 +77,17 @@ class Steps:
         return position * self.length[step] + self.begin[step]
 
     def at(self, times: Array, numbers: Any) -> list[Array]:
-        """Evaluate the components at times in any order."""
-        step = numpy.searchsorted(self.begin, times.astype(float), side="left") - 1
+        """Evaluate the components at times in any order; without ``numbers`` in limbs."""
+        doubles = times.astype(float) if numbers else times[:, 0]
+        step = numpy.searchsorted(self.begin, doubles, side="left") - 1
         return self.evaluate(numpy.maximum(step, 0), times, numbers)
 
 
-def join(blocks: Sequence[Steps]) -> Steps:
-    """Return the steps of all blocks as one series."""
+def join(blocks: Sequence[Steps], size: int) -> Steps:
+    """Return the steps of all blocks, of ``size`` components, as one series."""
+    if not blocks:  # of a run to t = 0
+        none = numpy.zeros(0)
+        return Steps(none, none, numpy.zeros((0, size, 2)), lambda step, times, numbers: [])
     if len(blocks) == 1:
         return blocks[0]
     first = numpy.cumsum([0, *map(len, blocks)])
@@ -169,7 +173,10 @@ def shifted(
 
 
 def of_block(piece: StepBlock, size: int, end: Scalar) -> Steps:
-    """Return the steps of sums of doubles, up to the time ``end``."""
+    """Return the steps of sums of doubles, up to the time ``end``.
+
+    Without ``numbers`` times and components stay sums of doubles: axes (number, limb).
+    """
     last = float(end) if float(end) <= end else math.nextafter(float(end), -math.inf)
     count = max(int((piece.begins[:, 0] < last).sum()), 1)
     begin, unit = piece.begins[:count, 0], piece.units[:count]
@@ -179,22 +186,11 @@ def of_block(piece: StepBlock, size: int, end: Scalar) -> Steps:
     terms = numpy.multiply(coefficients, powers[:, None], order="C")
 
     def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
-        limbs = piece.rows(step, numbers.to_limbs(times, MOST_LIMBS))
-        return [numbers.from_limbs(limbs[:, :, i]) for i in range(size)]
+        limbs = piece.rows(step, numbers.to_limbs(times, MOST_LIMBS) if numbers else times)
+        components = [limbs[:, :, i] for i in range(size)]
+        return list(map(numbers.from_limbs, components)) if numbers else components
 
     return Steps(begin, span * unit, terms, evaluate)
-
-
-class Limbs:
-    """The arithmetic in which sums of doubles stay as they are: axes (number, limb)."""
-
-    def to_limbs(self, times: Array, count: int) -> Array:
-        """Return times that are limbs already."""
-        return times
-
-    def from_limbs(self, limbs: Array) -> Array:
-        """Return the limbs of a component."""
-        return limbs
 
 
 def of_power_series(columns: Sequence[Sequence[Scalar]], end: Scalar) -> Steps:
