@@ -44,7 +44,7 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 @pytest.fixture
 def no_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     """No search for the cause of a failed check, which takes most of a check's time."""
-    monkeypatch.setattr("tt_precise.check.explain.explain", lambda *_: [])
+    monkeypatch.setattr("tt_precise.check.causes.explain", lambda *_: [])
 
 
 @pytest.fixture(scope="session")

@@ -18,11 +18,10 @@ import pytest
 import tt_precise as tt
 from tests.conftest import Printed, Said
 from tt_precise import cli
-from tt_precise.check import checks, formats
-from tt_precise.check.checks import CHECKS, RowCheck
-from tt_precise.check.columns import Samples
-from tt_precise.check.result import Residual
-from tt_precise.check.run import FURTHER
+from tt_precise.check import checks, sources
+from tt_precise.check.checks import CHECKS, Residual, RowCheck
+from tt_precise.check.rows import Rows
+from tt_precise.check.run import OF_FILE
 from tt_precise.integration import events, heyoka_backend, solution
 from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, laws, quantities
@@ -124,19 +123,19 @@ def test_a_table_format(said: Said, printed: Printed, monkeypatch: pytest.Monkey
         rows = [list(table), *zip(*table.values(), strict=True)]
         path.write_text("\n".join("\t".join(map(str, row)) for row in rows), "utf-8")
 
-    def read(path: Path) -> tables.Table:
+    def read(path: Path) -> Any:
         header, *rows = csv.reader(path.read_text("utf-8").splitlines(), delimiter="\t")
         columns = (numpy.array(column, float) for column in zip(*rows, strict=True))
-        return dict(zip(header, columns, strict=True))
+        return header, dict(zip(header, columns, strict=True)).__getitem__
 
     monkeypatch.setitem(tables.FORMATS, ".tab", tables.Format(write))
-    monkeypatch.setitem(formats.READERS, ".tab", read)
+    monkeypatch.setitem(sources.READERS, ".tab", read)
     said(SHORT, "--out a.tab")
     assert printed("check a.tab --scene reference")["verdict"] == "pass"
 
 
 def test_a_check(said: Said, printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
-    def tilt(rows: Samples, limit: float) -> Residual:
+    def tilt(rows: Rows) -> Residual:
         return Residual(1 - rows.state.kz)
 
     upright = RowCheck("upright", "the axis stays near the vertical", tilt, limit=0.1)
@@ -153,7 +152,7 @@ def test_every_check_and_every_format_is_described(said: Said) -> None:
     spoken = " ".join(said("check --help").split())
     columns = (ROOT / "docs/howto/columns.md").read_text("utf-8")
     files = (ROOT / "docs/reference/files.md").read_text("utf-8")
-    names = [*(one.name for one in CHECKS), *FURTHER]
+    names = [*(one.name for one in CHECKS), *OF_FILE]
     assert [name for name in names if f"`{name}`" not in columns] == []
     own = set(names) - set(conserved.INTEGRALS)
     assert [name for name in own if f" {name}" not in spoken] == []

@@ -219,6 +219,14 @@ def faults(_: str) -> Iterator[str]:
 
 
 @maker
+def planted(_: str) -> Iterator[str]:
+    """The verdict on each planted fault of a hundredth, and the cause that is named."""
+    with (MEASURED / "fault-verdicts.csv").open(encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    yield from table_of(header, rows)
+
+
+@maker
 def verdicts(_: str) -> Iterator[str]:
     """The verdicts on claims, and the rules that are the same for every claim."""
     from tt_precise.claims.verdicts import RULES, Verdict

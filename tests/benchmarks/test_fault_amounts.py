@@ -8,7 +8,15 @@ import pytest
 import tt_precise as tt
 from benchmarks import fault_amounts
 from benchmarks.dropped_terms import term_names
-from benchmarks.fault_amounts import Fault, dropped, faults, right, smallest, without_term
+from benchmarks.fault_amounts import (
+    Fault,
+    dropped,
+    false_passes,
+    faults,
+    right,
+    smallest,
+    without_term,
+)
 from tests.conftest import more
 
 
@@ -67,3 +75,30 @@ def test_the_table_has_every_fault_and_the_page_shows_it() -> None:
     page = Path("docs/explanation/measured.md").read_text("utf-8")
     assert [one.name for one in faults()] == found["fault"].tolist()
     assert "```{generated} faults\n```" in page
+
+
+def test_no_fault_of_a_hundredth_passes_but_legal_motions() -> None:
+    """In the committed table; the words of each cause name what was planted, or a rival of it."""
+    table = pandas.read_csv(fault_amounts.VERDICTS)
+    assert table["fault"].tolist() == [fault.name for fault in faults()]
+    assert false_passes(table) == []
+    wrong = table.replace("open", "passes")
+    assert len(false_passes(wrong)) > 10
+    for row in table.to_dict("records"):
+        for words in (str(cell) for cell in row.values() if "times" in str(cell)):
+            numbers = {part.split(" ")[0] for part in words.split(": ")[1].split(", or ")}
+            planted = "t" if row["fault"] == "the clock" else row["fault"].split(" ")[0]
+            assert planted in numbers, (row["fault"], words)
+
+
+@pytest.mark.parametrize(
+    ("term", "amount"), [(fault_amounts.DRAG, 1e-2), more(fault_amounts.GYROSCOPIC, 1e-2)]
+)
+def test_a_wrong_term_fails_or_is_open(term: str, amount: float) -> None:
+    (fault,) = (fault for fault in faults() if fault.name == term)
+    for hertz, friction, expected in ((60, "scene", "fail"), (60, "other", "incomplete"),
+                                      (240, "other", "fail")):  # fmt: skip
+        verdict = fault_amounts.judge(fault, hertz, friction, amount).verdict
+        assert verdict in (expected, "fail")
+    # without a fault the engine's rows are the scene's
+    assert fault_amounts.judge(fault, 240, "scene", 0.0).passed

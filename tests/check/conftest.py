@@ -3,19 +3,22 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy
 import pandas
 import pytest
 
 import tt_precise as tt
-from tt_precise.mechanics.newton import NewtonState, angular_velocity
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.check.columns import KNOWN, choose_set
+from tt_precise.check.rows import Assumptions, Rows
+from tt_precise.mechanics.newton import NewtonState
 
 VECTORS = ["t", *NewtonState._fields]
 EULER = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
+BODY = ["qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz"]
+POSE = [*BODY, "x", "y", "z"]
 Healthy = Callable[..., pandas.DataFrame]
 check, matches = tt.check.conservation, tt.check.assert_matches_golden
 
@@ -28,49 +31,43 @@ def refuses(message: str, source: Any, scene: Any = "reference", **words: Any) -
     return str(refused.value)
 
 
+def pose(times: list[Any], scene: Any = "reference") -> pandas.DataFrame:
+    """Return the solution as a physics engine would write it, with the position."""
+    run = tt.integrate(scene, events=(), record=("phi", "psi", "x", "y"))
+    return run.frame(*POSE, times=times, numbers="float")
+
+
+@cache
+def _frame(scene: str) -> pandas.DataFrame:
+    return tt.integrate(scene).frame(numbers="float")
+
+
+def rows_of(frame: str | pandas.DataFrame, of: Any = None, **assumed: Any) -> Rows:
+    """Return the rows of a table, or of a scene's own run, under the scene ``of``."""
+    scene = of or (frame if isinstance(frame, str) else "reference")
+    table = _frame(frame) if isinstance(frame, str) else frame
+    given = {str(name): table[name].to_numpy(float) for name in table if name in KNOWN}
+    columns = choose_set([*given], "the table")
+    return Rows.of(Assumptions(tt.load_scene(scene), columns, **assumed), given)
+
+
 @pytest.fixture(scope="session")
 def healthy() -> Healthy:
     """A trajectory in double: ``healthy(scene, rows, until)``, all vector and Euler columns."""
-    made: dict[tuple[str, int, float], pandas.DataFrame] = {}
 
-    def frame(scene: str = "reference", rows: int = 801, until: float = 8) -> pandas.DataFrame:
-        key = (scene, rows, until)
-        if key not in made:
-            times = [Fraction(until) * i / (rows - 1) for i in range(rows)]
-            euler = [] if scene in ("upright", "inverted") else EULER[1:]
-            made[key] = tt.integrate(scene).frame(*VECTORS[1:], *euler, times=times)
-        return made[key].copy()
+    @cache
+    def frame(scene: str, rows: int, until: float) -> pandas.DataFrame:
+        times = [Fraction(until) * i / (rows - 1) for i in range(rows)]
+        euler = [] if scene in ("upright", "inverted") else EULER[1:]
+        return tt.integrate(scene).frame(*VECTORS[1:], *euler, times=times)
 
-    return frame
+    return lambda scene="reference", rows=801, until=8: frame(scene, rows, until).copy()
 
 
 @pytest.fixture(scope="session")
 def rigid_body() -> Callable[[pandas.DataFrame], pandas.DataFrame]:
     """Return a function that writes rows of the reference top as a physics engine would."""
-    body = tt.load_scene("reference").body.numbers(float)
-    run = tt.integrate("reference", record=("phi", "psi"))
-
-    def written(frame: pandas.DataFrame) -> pandas.DataFrame:
-        state = NewtonState(*(frame[name].to_numpy() for name in NewtonState._fields))
-        turned = run.frame("phi", "psi", times=frame["t"].tolist())
-        twist = (0.7 + turned["phi"] + turned["psi"]).to_numpy() / 2
-        # the shortest rotation from z to k, after the twist about z
-        half = numpy.sqrt((1 + state.kz) / 2)
-        half_turn = (half, -state.ky / (2 * half), state.kx / (2 * half))
-        c, s = numpy.cos(twist), numpy.sin(twist)
-        quaternion = (
-            half_turn[0] * c,
-            half_turn[1] * c + half_turn[2] * s,
-            half_turn[2] * c - half_turn[1] * s,
-            half * s,
-        )
-        columns = dict(zip(("qw", "qx", "qy", "qz"), quaternion, strict=True))
-        columns |= dict(zip(("wx", "wy", "wz"), angular_velocity(body, state), strict=True))
-        s_dot = Motion(body, state, numpy).s_dot
-        columns |= dict(zip(("vcx", "vcy", "vcz"), s_dot, strict=True))
-        return pandas.DataFrame({"t": frame["t"], **columns})
-
-    return written
+    return lambda frame: pose(frame["t"].tolist())[["t", *BODY]]
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Small files of real kinds: what each is, and what is to be said of it."""
+"""Small files of real kinds, judged under both modes as their authors say."""
 
 from fractions import Fraction
 from pathlib import Path
@@ -9,40 +9,100 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import check, refuses
-from tests.conftest import Said, more
+from tests.conftest import Said
 
 CASES = Path(__file__).with_name("cases")
+PASS, FAIL, OPEN = "pass", "fail", "incomplete"
+# For each file the verdicts with the scene's and with another friction, and the cause in both.
+JUDGED: dict[str, tuple[str, str, str]] = {
+    "dataframe_index/top.csv": (PASS, PASS, ""),
+    "euler_with_phi/top.csv": (PASS, PASS, ""),
+    "feather_extension/in.feather": (PASS, PASS, ""),
+    "hdf5_shapes/flat.hdf5": (PASS, PASS, ""),
+    "hdf5_shapes/in_a_group.h5": (PASS, PASS, ""),
+    "hdf5_shapes/matlab_h5create.h5": (PASS, PASS, ""),  # each data set is 1 x N
+    "headers/excel_sep.csv": (PASS, PASS, ""),  # Excel's own first line
+    "headers/rows.jsonl": (PASS, PASS, ""),
+    "t_from_100/top.csv": (PASS, PASS, ""),
+    # a log of another force that does not begin at the start
+    "restart_with_digits/top.csv": (PASS, OPEN, ""),
+    "t_in_float32/top.csv": (PASS, OPEN, ""),
+    "six_significant_digits/top.csv": (PASS, OPEN, "rounded to some 5 digits"),
+    "six_decimals/top.csv": (OPEN, OPEN, "rounded to some 2 digits"),
+    "nan_tail/top.csv": (FAIL, FAIL, ""),
+    "nan_tail/inf.csv": (FAIL, FAIL, ""),
+    "t_epoch/top.csv": (FAIL, FAIL, ""),
+    "euler_with_phi/wrong_phi.csv": (FAIL, FAIL, ""),  # phi holds phi_dot
+    "mu_doubled_no_velocity.csv": (FAIL, OPEN, ""),
+    "start_spin_0.1pct.csv": (FAIL, FAIL, "another start than the scene's"),
+    "frame_number_60Hz.csv": (FAIL, FAIL, "t counts rows at 60 Hz"),
+    "gyro_in_body_frame_deg/top.csv": (
+        FAIL, FAIL,
+        "the angular velocity is in degrees per second; the angular velocity is in the body frame",
+    ),
+    "inertial_velocity_as_nu/top.csv": (FAIL, FAIL, "nu_x, nu_y are inertial components"),
+    "position_of_sphere_centre/top.csv": (FAIL, FAIL, "position is that of the sphere's centre"),
+    "velocity_of_cm_as_contact/top.csv": (FAIL, FAIL, "the velocity is that of the centre of mass"),
+    "yup_body_axis_y/top.csv": (FAIL, FAIL, "--world y-up; the body's symmetry axis is y"),
+    "unity_left_handed/top.csv": (
+        FAIL, FAIL, "--world left-handed-y-up; the body's symmetry axis is y",
+    ),
+    # without phi another friction tells no cause
+    "psi_dot_as_omega_3/top.csv": (FAIL, FAIL, "omega_3 holds psi_dot"),
+    "engines5/I2_60Hz.csv": (FAIL, OPEN, ""),
+    "engines5/air_drag_60Hz.csv": (FAIL, OPEN, ""),
+    "engines5/clock_1pct_30Hz.csv": (FAIL, OPEN, "t runs 1.0100 times as fast as the motion"),
+    "engines5/gravity_1pct_30Hz.csv": (FAIL, OPEN, "g is 0.990 times the scene's"),
+    # 0.1 % of the gyroscopic term, which I3 - I1 makes too: 190 rows cannot tell
+    "engines5/gyro_240Hz.csv": (FAIL, PASS, "I3 is 1.000064 times the scene's"),
+    "engines5/repeated_frame_30Hz.csv": (FAIL, OPEN, ""),
+    "engines5/lindamp_1kHz.csv": (FAIL, FAIL, ""),
+    "engines5/static_normal_1kHz.csv": (FAIL, FAIL, ""),
+    "engines5/decimals3_60Hz.csv": (OPEN, OPEN, "rounded to some 3 digits"),
+    "engines5/half_step_30Hz.csv": (PASS, PASS, ""),
+    "engines5/half_step_60Hz.csv": (PASS, PASS, ""),
+    "engines5/sig6_1kHz.csv": (PASS, PASS, ""),
+}  # fmt: skip
+# Rows of engines as these write them.
+ENGINES: dict[str, tuple[str, str, str]] = {
+    "mujoco_cm_offset_1pct_low.csv": (FAIL, FAIL, ""),
+    "mujoco_default_contact_rk4_2ms.csv": (FAIL, PASS, ""),  # 0.37 mm deep
+    "bullet_clamped_spin.csv": (FAIL, FAIL, ""),
+}
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "headers/excel_sep.csv",  # Excel's own first line
-        "headers/rows.jsonl",
-        "hdf5_shapes/flat.hdf5",
-        "hdf5_shapes/in_a_group.h5",
-        "hdf5_shapes/matlab_h5create.h5",  # each data set is 1 x N
-        "t_in_float32/top.csv",
-        "six_significant_digits/top.csv",
-        "t_from_100/top.csv",
-        "restart_with_digits/top.csv",
-        "euler_with_phi/top.csv",
-    ],
-)
-def test_right_files_are_green(name: str) -> None:
+@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize("name", [*JUDGED, *ENGINES])
+def test_files_are_judged_as_their_readme_says(name: str, friction: str) -> None:
     if "hdf5" in name:
         pytest.importorskip("h5py", reason="needs the extra hdf5")
-    found = check(CASES / name, "reference")
-    assert found.passed, str(found)
-    assert (found["golden"].value or 0) > 5
-    if "t_from" in name or "restart" in name:
-        found = check(CASES / name, "reference", digits=6)
-        assert (found["golden"].value or 0) > 11
+    own, other, cause = (JUDGED | ENGINES)[name]
+    engine = name.partition("_")[0] if name in ENGINES else None
+    found = check(CASES / name, "reference", friction=friction, engine=engine)
+    expected = own if friction == "scene" else other
+    assert found.verdict == expected, str(found)
+    texts = [one.text for one in found.causes]
+    unresolved = found.verdict == OPEN and "rounded" not in cause
+    if found.verdict == PASS or unresolved or (cause and name.startswith("psi_dot") and not texts):
+        assert texts == []
+    else:
+        assert len(texts) == bool(cause)
+        assert all(cause in text for text in texts)
 
 
-def test_what_a_header_is_not(said: Said) -> None:
-    refuses("no header line: line 1 has 9 numbers", CASES / "headers/none.csv")
+@pytest.mark.parametrize("name", ["t_from_100", "restart_with_digits"])
+def test_a_log_that_begins_elsewhere_has_its_digits(name: str) -> None:
+    found = check(CASES / name / "top.csv", "reference", digits=6)
+    assert (found["golden"].value or 0) > 11
+
+
+def test_what_is_no_table_is_refused() -> None:
+    refuses("no header: line 1 is 9 numbers", CASES / "headers/none.csv")
     refuses("line 3 looks like the header, expected it first", CASES / "headers/preamble.csv")
+    path = CASES / "pose_with_vx_vy_vz/in.csv"
+    refuses("add --columns vx=vcx,vy=vcy,vz=vcz", path)
+    renamed = {"vx": "vcx", "vy": "vcy", "vz": "vcz"}
+    assert check(path, "reference", columns=renamed).passed
 
 
 def test_the_index_of_a_table_may_be_the_time() -> None:
@@ -51,10 +111,14 @@ def test_the_index_of_a_table_may_be_the_time() -> None:
     found = check(frame.set_index("t"), "reference")
     assert found.passed
     assert found["equations"].value == expected["equations"].value
+    clock = frame.rename(columns={"t": "clock"})
+    refuses("no column t", clock)
+    words: Any = {"columns": {"clock": "t"}}
+    assert tt.check.assert_conserves(clock, "reference", **words).passed
 
 
 @pytest.mark.parametrize("name", ["top", "inf"])
-def test_padding_behind_the_time_asked_for_is_left_out(name: str, tmp_path: Path) -> None:
+def test_padding_behind_the_time_asked_for_is_left_out(name: str) -> None:
     path = CASES / "nan_tail" / f"{name}.csv"
     assert check(path, "reference", until=0.03).passed
     assert [one.name for one in check(path, "reference").failures] == ["finite"]
@@ -64,13 +128,11 @@ def test_padding_behind_the_time_asked_for_is_left_out(name: str, tmp_path: Path
     )
 
 
-def test_psi_dot_stands_for_omega_3(said: Said) -> None:
+def test_psi_dot_stands_for_omega_3() -> None:
     path = CASES / "psi_dot_column/top.csv"
     primes = {"theta'": "theta_dot", "phi'": "phi_dot"}
     refuses("omega_3 \\(or psi_dot: omega_3 = psi_dot", path, columns=primes)
     assert check(path, "reference", columns={**primes, "psi'": "psi_dot"}).passed
-    wrong = check(CASES / "psi_dot_as_omega_3/top.csv", "reference")
-    assert {"jellett", "equations"} <= {one.name for one in wrong.failures}
 
 
 def test_a_wrong_row_is_found_in_epoch_times(said: Said) -> None:
@@ -85,101 +147,23 @@ def test_a_wrong_row_is_found_in_epoch_times(said: Said) -> None:
 @pytest.mark.parametrize("friction", ["scene", "other"])
 def test_phi_is_looked_at(friction: str) -> None:
     right = check(CASES / "euler_with_phi/top.csv", "reference", friction=friction)
-    assert right.passed, str(right)
     assert right["contact_momentum"].verdict == right["friction_power"].verdict == "pass"
     wrong = check(CASES / "euler_with_phi/wrong_phi.csv", "reference", friction=friction)
     assert "kinematics" in {one.name for one in wrong.failures}
 
 
-def test_a_file_of_six_decimals_is_open_and_says_so() -> None:
-    """L keeps two or three digits: not to be told from a wrong one."""
-    found = check(CASES / "six_decimals/top.csv", "reference")
-    assert (found.verdict, found.failures) == ("incomplete", ())
-    assert found.written == "kx ky kz Lx Ly Lz vx vy: 6 decimals"
-    assert "the file has too few digits" in found.heading
-    assert [cause.kind for cause in found.causes] == ["precision"]
-    few = check(CASES / "six_significant_digits/top.csv", "reference")
-    assert "6 significant digits" in few.written
-    assert "t: 32-bit floats" in check(CASES / "t_in_float32/top.csv", "reference").written
-
-
-@pytest.mark.parametrize("friction", ["scene", more("other")])
-@pytest.mark.parametrize(
-    ("name", "looked_at"),
-    [
-        ("start_spin_0.1pct.csv", "start"),
-        ("frame_number_60Hz.csv", ""),
-        ("mu_doubled_no_velocity.csv", ""),
-    ],
-)
-def test_wrong_files_are_not_green(name: str, looked_at: str, friction: str) -> None:
-    found = check(CASES / name, "reference", friction=friction)
-    if name.startswith("mu") and friction == "other":
-        return  # another friction is what it has
-    assert not found.passed
-    failures = {one.name for one in found.failures}
-    assert looked_at in failures or not looked_at
-    if name.startswith("mu"):
-        assert failures & {"golden", "equations", "energy_balance"}
-
-
-def test_a_digit_that_is_asked_for_names_its_argument() -> None:
-    frame = pandas.read_csv(CASES / "dataframe_index/top.csv").rename(columns={"t": "clock"})
-    message = refuses("no column t", frame)
-    assert 'columns={"theirs": "t"}' in message
-    assert "--" not in message
-    words: Any = {"columns": {"clock": "t"}}
-    assert tt.check.assert_conserves(frame, "reference", **words).passed
-
-
-@pytest.mark.parametrize(
-    ("name", "engine", "cause"),
-    [
-        ("mujoco_cm_offset_1pct_low.csv", "mujoco", "alpha is 0.9900 times the scene's"),
-        (
-            "bullet_clamped_spin.csv",
-            "bullet",
-            "from t = 0.00416667 s on wz is cut to 100 rad/s, as by a limit of the engine; it is "
-            "154.226 rad/s in the row before",
-        ),
-    ],
-)
-def test_the_cause_in_an_engines_file_is_named(name: str, engine: str, cause: str) -> None:
-    found = check(CASES / name, "reference", friction="other", engine=engine)
-    assert found.verdict == "fail"
-    assert found["start"].verdict == "pass"
-    assert [one.text for one in found.causes] == [cause]
-
-
 @pytest.mark.usefixtures("no_cause")
-def test_a_table_that_gives_way_is_allowed_its_depth() -> None:
+@pytest.mark.parametrize(
+    ("key", "factor"), [("I1", "1.01"), ("I3", "1.01"), ("alpha", "0.99"), ("alpha", "1.01")]
+)
+def test_another_body_is_seen_through_a_soft_contact(key: str, factor: str) -> None:
     path = CASES / "mujoco_default_contact_rk4_2ms.csv"
-    found = check(path, "reference", friction="other", engine="mujoco")
-    assert found.passed, str(found)
-    for name in ("contact_momentum", "contact_velocity"):
-        assert "a soft contact, 0.37 mm deep at most, is allowed" in found[name].note
-    # not under the scene's own force, nor with another body
-    scene = tt.load_scene("reference")
-    assert "contact_momentum" in {one.name for one in check(path, scene, engine="mujoco").failures}
-    for key, factor in (("I1", "1.01"), ("I3", "1.01"), ("alpha", "0.99"), ("alpha", "1.01")):
-        numbers = {"I1": "131/350", "I3": "2/5", "alpha": "3/10"}
-        wrong = scene.varied(**{key: str(Fraction(numbers[key]) * Fraction(factor))})
-        found = check(path, wrong, friction="other", engine="mujoco")
-        assert found.failures, f"{key} {factor}"
-
-
-@pytest.mark.parametrize(("part", "named"), [(5e-8, True), (1e-6, False)])
-def test_a_cut_is_the_same_number_in_32_bits(part: float, named: bool) -> None:
-    frame = pandas.read_csv(CASES / "bullet_clamped_spin.csv")[:40]
-    cut = frame["angular_velocity2"] == 100
-    frame.loc[cut, "angular_velocity2"] *= 1 - part * (frame.index[cut] % 2)
-    found = check(frame, "reference", friction="other", engine="bullet")
-    assert ("cut to" in str(found.causes)) == named
-
-
-@pytest.mark.parametrize(("row", "omega"), [(2, 99.0), (30, 101.0)])
-def test_a_cut_holds_in_two_rows_and_nothing_is_beyond_it_later(row: int, omega: float) -> None:
-    frame = pandas.read_csv(CASES / "bullet_clamped_spin.csv")[:40]
-    frame.loc[row, "angular_velocity2"] = omega
-    found = check(frame, "reference", friction="other", engine="bullet")
-    assert "cut to" not in str(found.causes)
+    words: Any = {"friction": "other", "engine": "mujoco"}
+    limits = {"contact_velocity": 0.007, "energy": 1e-4}
+    right = check(path, "reference", **words, limits=limits)
+    assert right.passed, str(right)
+    numbers = {"I1": "131/350", "I3": "2/5", "alpha": "3/10"}
+    scene = tt.load_scene("reference").varied(
+        **{key: str(Fraction(numbers[key]) * Fraction(factor))}
+    )
+    assert check(path, scene, **words, limits=limits).failures

@@ -103,7 +103,8 @@ def test_another_friction_law_is_held_to_what_every_law_keeps(healthy: Healthy) 
     result = check(healthy()[VECTORS], "reference", friction="other")
     done = {finding.name for finding in result.checks if finding.verdict in ("pass", "fail")}
     always = {"finite", "time", "jellett", "energy", "axis_norm", "start", "agreement"}
-    assert done == always | {"friction_power", "kinematics", "contact_momentum"}
+    assert done == always | {"kinematics", "contact_momentum"}
+    assert result["friction_power"].verdict == "open"  # rows 10 ms apart do not resolve the force
     refuses("friction: got 'mine', expected one of: scene, other", healthy(), friction="mine")
 
 

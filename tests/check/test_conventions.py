@@ -1,8 +1,9 @@
-"""The staged search: random conventions are found, wrong physics is explained by none."""
+"""The staged search: random conventions are named, wrong physics is explained by none."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from fractions import Fraction
 from functools import cache
-from typing import NamedTuple
+from typing import Any
 
 import numpy
 import pandas
@@ -10,27 +11,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import tt_precise as tt
-from tests.check.conftest import Engine, Healthy, check, refuses
-from tests.check.test_force_free import POSE
+from tests.check.conftest import POSE, VECTORS, Engine, Healthy, check, pose, refuses
 from tests.conftest import more
 from tt_precise.check import conventions
-from tt_precise.check.conventions import (
-    ANGLE,
-    LENGTH,
-    OURS,
-    TIME,
-    Convention,
-    FoundConvention,
-    Given,
-    convert,
-    fit,
-    search,
-)
-from tt_precise.check.force_free_flow import axis_of
-from tt_precise.mechanics.newton import contact_arm
-from tt_precise.mechanics.vectors import dot
+from tt_precise.check.conventions import ANGLE, LENGTH, OURS, TIME, Convention, convert
+from tt_precise.scene.scene import parse_scene
 
-BODY = tt.load_scene("reference").body.numbers(float)
+SCENE = tt.load_scene("reference")
+BODY = SCENE.body.numbers(float)
 # Rows are the file's axes in terms of ours.
 WORLDS = {
     ("z", "right"): numpy.eye(3),
@@ -39,69 +27,56 @@ WORLDS = {
     ("z", "left"): numpy.diag([1, -1, 1.0]),
     ("y", "left"): numpy.array([[1, 0, 0], [0, 0, 1], [0, 1, 0.0]]),
 }
-AXES = {"z": WORLDS["z", "right"], "y": WORLDS["y", "right"], "x": WORLDS["x", "right"]}
-FLIP = numpy.diag([1, -1, -1.0])
+AXES = {axis: WORLDS[axis, "right"] for axis in "xyz"}
+Columns = dict[str, numpy.ndarray]
 
 
 @cache
-def right(hertz: int, begin: float) -> Given:
-    run = tt.integrate("reference", events=(), record=("phi", "psi", "x", "y"))
-    times = [begin + i / hertz for i in range(200)]
-    frame = run.frame(*POSE, times=times, numbers="float")
-
-    return Given.of_columns({"t": numpy.array(times), **{n: frame[n].to_numpy() for n in POSE}})
+def right(hertz: int, begin: float) -> pandas.DataFrame:
+    return pose([begin + i / hertz for i in range(200)])
 
 
-@cache
-def jellett() -> float:
-    start = right(60, 0.0).part(slice(0, 1)).rows(BODY)
-    return float(-dot(tuple(start.L), contact_arm(BODY, axis_of(start.q)))[0])
-
-
-def written(given: Given, one: Convention, offset: float) -> Given:
+def written(frame: pandas.DataFrame, one: Convention, offset: float = 0.0) -> Columns:
     """The rows as the convention has them, by matrices, independently of ``convert``."""
-    rotation = Rotation.from_quat(given.q[[1, 2, 3, 0]].T)
-    turn = rotation.as_matrix()
-    k = turn[:, :, 2]
-    assert given.v is not None
-    x = numpy.zeros((len(given.t), 3)) if given.x is None else given.x.T
-    t, w, v = given.t, given.w.T, given.v.T
-    centre = BODY.R * BODY.alpha * k
+    q, w, v, x = (
+        frame[names.split()].to_numpy()
+        for names in ("qx qy qz qw", "wx wy wz", "vcx vcy vcz", "x y z")
+    )
+    turn = Rotation.from_quat(q).as_matrix()
+    centre = BODY.R * BODY.alpha * turn[:, :, 2]
     if one.point != "cm":
-        arm = centre if one.point == "centre" else centre - [0, 0, BODY.R]
-        v = v + numpy.cross(w, arm)
-    if one.place == "centre":
-        x = x + centre
+        v = v + numpy.cross(w, centre if one.point == "centre" else centre - [0, 0, BODY.R])
+    x = x + centre if one.place == "centre" else x
     world = WORLDS[one.up, one.hand]
     sign = numpy.linalg.det(world)
     body = AXES[one.axis[-1]]
-    if one.axis[0] == "-":
-        body = body @ FLIP
-    if sign < 0:
-        body = body @ numpy.diag([1, -1, 1.0])
+    body = body @ numpy.diag([1, -1, -1.0]) if one.axis[0] == "-" else body
+    body = body @ numpy.diag([1, sign, 1.0])
     x, v, w = x @ world.T, v @ world.T, sign * (w @ world.T)
     turn = world @ turn @ body.T
-    if one.velocity_in_body:
-        v = numpy.einsum("nji,nj->ni", turn, v)
-    if one.in_body:
-        w = numpy.einsum("nji,nj->ni", turn, w)
+    v = numpy.einsum("nji,nj->ni", turn, v) if one.velocity_in_body else v
+    w = numpy.einsum("nji,nj->ni", turn, w) if one.in_body else w
     q = Rotation.from_matrix(turn).as_quat()[:, [3, 0, 1, 2]]
     q = q * numpy.array([1, -1, -1, -1]) if one.inverse else q
     q = q if one.order == "scalar first" else numpy.roll(q, -1, axis=1)
-    t = (t - t[0] + offset) / TIME[one.time]
-    if one.time.startswith("rows"):
-        t = numpy.rint(t - t[0])
+    t = (frame["t"].to_numpy() - frame["t"][0] + offset) / TIME[one.time]
+    t = numpy.rint(t - t[0]) if one.time.startswith("rows") else t
     length = LENGTH[one.length]
-    return Given(t, q.T, w.T / ANGLE[one.angle], v.T / length, x.T / length)
+    rows = (*q.T, *(w.T / ANGLE[one.angle]), *(v.T / length), *(x.T / length))
+    return {"t": t, **dict(zip(POSE, rows, strict=True))}
 
 
-def draw(rng: numpy.random.Generator, hertz: int) -> Convention:
-    """At most three groups at once."""
-    choices: dict[str, list[dict[str, object]]] = {
+def draw(rng: numpy.random.Generator, hertz: int, start: str) -> Convention:
+    """Return a convention with at most three changes.
+
+    A mirrored motion is one of another start.
+    """
+    worlds = [{"up": u, "hand": h} for u, h in WORLDS if (u, h) != ("z", "right")]
+    choices: dict[str, list[dict[str, Any]]] = {
         "time": [{"time": name} for name in ("ms", "microseconds", "ns", f"rows at {hertz} Hz")],
         "length": [{"length": name} for name in ("cm", "mm", "inches")],
         "angle": [{"angle": name} for name in ("degrees", "revolutions per minute")],
-        "world": [{"up": u, "hand": h} for u, h in WORLDS if (u, h) != ("z", "right")],
+        "world": [world for world in worlds if start == "scene" or world["hand"] == "right"],
         "axis": [{"axis": name} for name in ("y", "x", "-z", "-y", "-x")],
         "order": [{"order": "scalar last"}],
         "inverse": [{"inverse": True}],
@@ -110,196 +85,216 @@ def draw(rng: numpy.random.Generator, hertz: int) -> Convention:
         "velocity": [{"velocity_in_body": True}],
         "place": [{"place": "centre"}],
     }
-    chosen: dict[str, object] = {}
+    chosen: dict[str, Any] = {}
     for group in rng.choice([*choices], int(rng.integers(1, 4)), replace=False):
         chosen |= choices[group][int(rng.integers(len(choices[group])))]
-    return Convention(**chosen)  # type: ignore[arg-type]
+    return Convention(**chosen)
 
 
-class Tried(NamedTuple):
-    wanted: Convention
-    found: list[FoundConvention]
-
-
-def tries(seed: int, count: int) -> list[Tried]:
-    rng = numpy.random.default_rng(seed)
-    done = []
-    for _ in range(count):
-        hertz, begin = int(rng.choice([60, 1000])), float(rng.choice([0.0, 3.0]))
-        one = draw(rng, hertz)
-        given = written(right(hertz, begin), one, float(rng.choice([0.0, 100.0])))
-        _, found = search(given, BODY, {}, jellett())
-        done.append(Tried(one, found))
-    return done
-
-
-def wrong(tried: Tried) -> str:
-    """Neither found first nor tied; rows at 1000 Hz are ms."""
-    same = {tried.wanted, *_tied(tried.wanted)}
-    first = {one.convention for one in tried.found if _alike(one, tried)}
-    return "" if same & first else str((tried.wanted, tried.found[:1]))
-
-
-def _alike(one: FoundConvention, tried: Tried) -> bool:
-    return one.exactly and one.convention.changes == tried.found[0].convention.changes
-
-
-def _tied(one: Convention) -> list[Convention]:
-    pairs = {"rows at 1000 Hz": "ms", "ms": "rows at 1000 Hz"}
-    return [replace(one, time=pairs[one.time])] if one.time in pairs else []
-
-
+@pytest.mark.parametrize("friction", ["scene", "other"])
 @pytest.mark.parametrize(
-    ("seed", "count"), [(1, 4), more(1, 8), pytest.param(7, 180, marks=pytest.mark.slow)]
+    ("seed", "count"), [(1, 3), more(2, 6), pytest.param(7, 68, marks=pytest.mark.slow)]
 )
-def test_random_conventions_are_found(seed: int, count: int) -> None:
-    assert [text for text in map(wrong, tries(seed, count)) if text] == []
+def test_random_conventions_are_named(seed: int, count: int, friction: str) -> None:
+    rng, missed = numpy.random.default_rng(seed), []
+    for _ in range(count):
+        hertz, start = int(rng.choice([60, 1000])), str(rng.choice(["scene", "other"]))
+        one = draw(rng, hertz, start)
+        rows = written(right(hertz, 0.0 if start == "scene" else 3.0), one)
+        found = check(rows, "reference", friction=friction, start=start)
+        same = {one.words(), one.words().replace("t counts rows at 1000 Hz", "the time is in ms")}
+        if not (len(found.causes) == 1 and found.causes[0].text in same):
+            missed.append((hertz, start, one.words(), found.causes))
+    assert missed == []
 
 
-def wrong_physics(seed: int, count: int) -> list[str]:
-    """Right rows against another body, or by another clock, that some convention explains."""
+@pytest.mark.parametrize("friction", ["scene", "other"])
+@pytest.mark.parametrize(("seed", "count"), [(2, 2), pytest.param(5, 50, marks=pytest.mark.slow)])
+def test_wrong_physics_is_explained_by_no_convention(seed: int, count: int, friction: str) -> None:
+    """Right rows against another body, by another clock, or with a spoilt column."""
     rng, explained = numpy.random.default_rng(seed), []
     for _ in range(count):
         hertz, begin = int(rng.choice([60, 1000])), float(rng.choice([0.0, 3.0]))
-        given, body = right(hertz, begin), BODY
-        name = str(rng.choice(["m", "R", "alpha", "I1", "I3", "g", "t", "wx", "vcx"]))
+        frame, scene = right(hertz, begin), SCENE
+        name = str(rng.choice(["R", "alpha", "I1", "I3", "g", "t", "wx", "vcx"]))
         factor = 1 + float(rng.choice([-1, 1])) * 10 ** rng.uniform(-3, -0.5)
-        if name == "t":
-            given = given._replace(t=factor * given.t)
-        elif name in ("wx", "vcx"):  # a component of the file
-            changed = numpy.array([[factor], [1.0], [1.0]])
-            part = given.w if name == "wx" else given.v
-            assert part is not None
-            given = given._replace(**{"w" if name == "wx" else "v": changed * part})
+        if name in frame:
+            frame = frame.assign(**{name: factor * frame[name]})
         else:
-            body = replace(body, **{name: factor * getattr(body, name)})
-        _, found = search(given, body, {}, jellett())
-        if found:
-            text = f"{name} {factor:.4f} at {hertz} Hz from {begin} s: "
-            explained.append(text + found[0].convention.words())
-    return explained
-
-
-@pytest.mark.parametrize(("seed", "count"), [(2, 3), pytest.param(5, 50, marks=pytest.mark.slow)])
-def test_wrong_physics_is_explained_by_no_convention(seed: int, count: int) -> None:
-    assert wrong_physics(seed, count) == []
-
-
-def _of_point(given: Given, part: float) -> Given:
-    """The rows with the velocity of the point at a part of the way to the sphere's centre."""
-    arm = part * BODY.R * BODY.alpha * numpy.array(axis_of(given.q))
-    assert given.v is not None
-    return given._replace(v=given.v + numpy.cross(given.w, arm, axis=0), x=None)
+            number = Fraction(scene.body.in_file_units()[name]) * Fraction(factor)
+            scene = scene.varied(**{name: str(number)})
+        found = check(frame, scene, friction=friction, start="other")
+        kinds = {cause.kind for cause in found.causes}
+        if "convention" in kinds or (friction == "scene" and found.passed):
+            explained.append((name, factor, hertz, begin, found.causes))
+    assert explained == []
 
 
 @pytest.mark.parametrize("part", [-1.0, 0.5, 3.0])
 def test_a_wrong_velocity_is_in_no_smaller_unit(part: float) -> None:
     """Near the vertical engines leave as much as a velocity that is almost 0."""
-    upright = right(1000, 3.0)
-    assert search(_of_point(upright, part), BODY, {}, jellett())[1] == []
-    (found, *_) = search(_of_point(upright, 1.0), BODY, {}, jellett())[1]
-    assert found.convention.words() == "the velocity is that of the sphere's centre"
+    frame = right(1000, 3.0)
+    k = Rotation.from_quat(frame[["qx", "qy", "qz", "qw"]].to_numpy()).as_matrix()[:, :, 2]
+    velocity = frame[["vcx", "vcy", "vcz"]].to_numpy()
+    omega = frame[["wx", "wy", "wz"]].to_numpy()
+    velocity = velocity + numpy.cross(omega, part * BODY.R * BODY.alpha * k)
+    spoilt = frame.assign(vcx=velocity[:, 0], vcy=velocity[:, 1], vcz=velocity[:, 2])
+    found = check(spoilt.drop(columns=["x", "y", "z"]), "reference", start="other")
+    assert not found.passed
+    assert "convention" not in {cause.kind for cause in found.causes}
 
 
 def test_a_unit_of_an_engine_with_a_soft_contact_is_named(engine: Engine) -> None:
-    """Near the vertical, too."""
     frame = engine(1000, 0.25, law="soft")
-    given = Given.of_columns({str(name): frame[name].to_numpy() for name in frame})
-    assert given.v is not None
-    in_mm = given._replace(v=1000 * given.v, x=None)
-    found = search(in_mm, BODY, {}, jellett())[1][0]
-    assert (found.convention.words(), found.exactly) == ("lengths are in mm", False)
-
-
-def test_what_is_right_is_not_searched() -> None:
-    as_given, found = search(right(60, 0.0), BODY, {}, jellett())
-    assert as_given.passes
-    assert found == []
-    assert OURS.words() == ""
-
-
-def test_another_place_of_the_mass_is_no_convention() -> None:
-    """The hundredth of alpha shows in lift, height and momentum."""
-    body = replace(BODY, alpha=1.01 * BODY.alpha)
-    assert not fit(body, right(60, 0.0), {}).passes
-    assert search(right(60, 0.0), body, {}, jellett())[1] == []
-    assert conventions.LIMITS["lift"] < 1e-5
-
-
-@pytest.mark.parametrize(("up", "hand"), WORLDS)
-def test_every_world_has_its_vertical_and_its_hand(up: str, hand: str) -> None:
-    still = numpy.tile([[1.0], [0.0], [0.0], [0.0]], 3)
-    one = Convention(up=up, hand=hand)
-    ours = convert(Given(numpy.arange(3.0), still, numpy.eye(3), numpy.eye(3)), one, BODY)
-    assert ours.v is not None
-    assert ours.v == pytest.approx(WORLDS[up, hand].T)
-    assert numpy.linalg.det(ours.v) * ours.w == pytest.approx(ours.v)
+    frame[["vcx", "vcy", "vcz"]] *= 1000
+    found = check(frame.drop(columns=["x", "y", "z"]), "reference", friction="other")
+    assert [cause.text for cause in found.causes] == ["lengths are in mm"]
 
 
 def test_a_quaternion_keeps_its_length_and_turns_as_one_of_length_1() -> None:
-    given = right(60, 0.0)
+    given = {name: right(60, 0.0)[name].to_numpy() for name in ("t", *POSE)}
     one = Convention(in_body=True, velocity_in_body=True, point="centre", place="centre")
-    long, short = (convert(given._replace(q=size * given.q), one, BODY) for size in (2.0, 1.0))
-    assert numpy.array_equal(long.q, 2 * short.q)
-    assert all(numpy.allclose(a, b, rtol=1e-14) for a, b in zip(long[2:5], short[2:5], strict=True))
-
-
-def in_world(frame: pandas.DataFrame, world: str, axis: str) -> Given:
-    """The rows as an engine of that world would write them."""
-    given = Given.of_columns({str(name): frame[name].to_numpy() for name in frame})
-    return written(given, OURS.in_world(world, axis), 0.0)._replace(x=None)
+    long, short = (
+        convert({n: size * v if n[0] == "q" else v for n, v in given.items()}, one, BODY)
+        for size in (2.0, 1.0)
+    )
+    for name in POSE:
+        size = 2 if name[0] == "q" else 1
+        assert long[name] == pytest.approx(size * short[name], rel=1e-14, abs=1e-14)
 
 
 @pytest.mark.parametrize("axis", conventions.AXES)
 @pytest.mark.parametrize("world", conventions.WORLDS)
-def test_a_world_is_read_back(healthy: Healthy, rigid_body: Healthy, world: str, axis: str) -> None:
-    frame = rigid_body(healthy("reference", 101, 0.1))
-    theirs = in_world(frame, world, axis)
-    found = check(theirs.columns, "reference", world=world, axis=axis)
+def test_a_world_is_read_back(world: str, axis: str) -> None:
+    frame = pose([0.001 * i for i in range(101)])
+    theirs = written(frame, OURS.in_world(world, axis))
+    found = check(theirs, "reference", world=world, axis=axis)
     assert found.passed, str(found)
     assert (found["golden"].value or 0) > 11
-    ours = convert(theirs, OURS.in_world(world, axis), BODY).columns
-    for name in ("wx", "wy", "wz", "vcx", "vcy", "vcz"):
+    ours = convert(theirs, OURS.in_world(world, axis), BODY)
+    for name in POSE[4:]:
         assert ours[name] == pytest.approx(frame[name].to_numpy(), abs=1e-12)
 
 
 @pytest.mark.parametrize(
     ("world", "axis", "given", "named"),
     [
-        ("z-up", "z", "y-up", "without world, axis"),
-        ("y-up", "z", "y-up", 'with world="y-up"'),
+        ("z-up", "z", "y-up", "without --world, --axis"),
+        ("y-up", "z", "y-up", "with --world y-up"),
         # right-handed, it is the motion in a mirror
-        ("left-handed-y-up", "y", "left-handed-z-up", 'with world="left-handed-y-up" axis="y"'),
+        ("left-handed-y-up", "y", "left-handed-z-up", "with --world left-handed-y-up --axis y"),
     ],
 )
 def test_the_world_that_is_meant_is_named_instead_of_the_one_given(
-    healthy: Healthy, rigid_body: Healthy, world: str, axis: str, given: str, named: str
+    world: str, axis: str, given: str, named: str
 ) -> None:
-    theirs = in_world(rigid_body(healthy("reference", 101, 0.1)), world, axis)
-    found = check(theirs.columns, "reference", world=given, axis="y")
+    theirs = written(pose([0.001 * i for i in range(101)]), OURS.in_world(world, axis))
+    found = check(theirs, "reference", world=given, axis="y")
     assert [one.text for one in found.causes] == [f"it is read {named}"]
 
 
-def test_a_rounded_file_of_another_world_is_a_rounded_file(
-    healthy: Healthy, rigid_body: Healthy
-) -> None:
-    """Columns that sum others do not show their decimals."""
-    theirs = in_world(rigid_body(healthy("reference", 101, 0.1)), "y-up", "z").columns
-    rounded = {name: numpy.round(values, 6) for name, values in theirs.items()}
-    found = check(rounded, "reference", world="y-up")
-    assert found.passed, str(found)
-    assert found.written == "qw qx qy qz wx wy wz vcx vcy vcz: 6 decimals"
-    (cause,) = check(rounded, "reference").causes
-    assert cause.text == 'the world is y up: add world="y-up"'
-
-
 @pytest.mark.usefixtures("no_cause")
-def test_another_world_is_not_green(healthy: Healthy, rigid_body: Healthy) -> None:
-    theirs = in_world(rigid_body(healthy("reference", 101, 0.1)), "y-up", "y").columns
+def test_another_world_is_not_green(healthy: Healthy) -> None:
+    theirs = written(pose([0.001 * i for i in range(101)]), OURS.in_world("y-up", "y"))
     for world, axis in (("z-up", "z"), ("y-up", "z"), ("left-handed-y-up", "y")):
-        try:
-            assert not check(theirs, "reference", world=world, axis=axis).passed
-        except ValueError:  # refused as another convention
-            continue
+        assert not check(theirs, "reference", world=world, axis=axis).passed
     refuses("got vectors columns, expected those of a rigid body", healthy(), world="y-up")
     refuses("world: got 'up', expected one of: z-up", theirs, world="up")
+
+
+# ---- vectors and Euler angles ------------------------------------------------------------------
+
+Spoil = Callable[[pandas.DataFrame], pandas.DataFrame]
+
+
+def times(factor: float, names: str) -> Spoil:
+    """Return a change of columns by a factor."""
+    return lambda frame: frame.assign(**{name: factor * frame[name] for name in names.split()})
+
+
+def holding(words: str) -> Spoil:
+    """Return a change after which columns hold others."""
+    pairs = [word.split("=") for word in words.split()]
+    return lambda frame: frame.assign(
+        **{ours: frame[held.lstrip("-")] * (-1 if "-" in held else 1) for ours, held in pairs}
+    )
+
+
+def shifted(frame: pandas.DataFrame) -> pandas.DataFrame:
+    """Return velocities that are a row late."""
+    return frame.assign(**{n: frame[n].shift(1).fillna(frame[n]) for n in ("vx", "vy")})
+
+
+SPOILT: dict[str, Spoil] = {
+    "vx, vy hold vy, vx": holding("vx=vy vy=vx"),
+    "Lx, Ly hold Ly, Lx": holding("Lx=Ly Ly=Lx"),
+    "vx, vy have the other sign": times(-1, "vx vy"),
+    "kz has the other sign": times(-1, "kz"),
+    "the axis points to the other end of the body": times(-1, "kx ky kz"),
+    "the world is y up": holding("ky=kz kz=-ky Ly=Lz Lz=-Ly"),
+    "the world is x up": holding("kx=kz ky=kx kz=ky Lx=Lz Ly=Lx Lz=Ly"),
+    "the world is left-handed, or the top spins the other way": times(-1, "ky vy Lx Lz"),
+    "the time is in ms": times(1e3, "t"),
+    "the time is in minutes": times(1 / 60, "t"),
+    "the velocities are in cm/s": times(100, "vx vy"),
+    "the angular momentum is in kg mm^2/s; the velocities are in mm/s": (
+        lambda frame: times(1e6, "Lx Ly Lz")(times(1e3, "vx vy")(frame))
+    ),
+    # what is no convention
+    "": shifted,
+    "-": times(1.001, "kx"),
+    "--": times(1.05, "vx"),
+}
+
+
+@pytest.fixture(scope="module")
+def dry() -> pandas.DataFrame:
+    """A motion with dry friction, which is not the scene's."""
+    lines = SCENE.text.splitlines()
+    text = "\n".join(line for line in lines if not line.startswith("mu"))
+    friction = '[friction]\nlaw = "regularised"\nmu = "0.3"\nepsilon = "0.01"\n'
+    run = tt.integrate(parse_scene(f"{text}\n{friction}", "dry", "dry.toml"), events=())
+    return run.frame(*VECTORS[1:], times=[0.005 * i for i in range(150)], numbers="float")
+
+
+@pytest.mark.parametrize("text", SPOILT)
+def test_conventions_of_vectors_are_named(
+    dry: pandas.DataFrame, healthy: Healthy, text: str
+) -> None:
+    for frame, friction in ((dry, "other"), (healthy("reference", 151, 0.75)[VECTORS], "scene")):
+        found = check(SPOILT[text](frame), "reference", friction=friction)
+        named = [cause.text for cause in found.causes if cause.kind == "convention"]
+        assert (found.verdict, named) == ("fail", [text] if text.strip("-") else [])
+    assert check(dry, "reference", friction="other").passed
+
+
+@pytest.mark.parametrize(
+    ("text", "spoil"),
+    [
+        ("the angles are in degrees", times(180 / numpy.pi, "theta phi")),
+        ("the angular velocities are in revolutions per minute",
+         times(30 / numpy.pi, "theta_dot phi_dot omega_3")),
+        ("the velocities are in mm/s", times(1e3, "nu_x nu_y")),
+        ("nu_y has the other sign", times(-1, "nu_y")),
+        ("the top spins the other way, or the world is left-handed",
+         times(-1, "phi phi_dot omega_3 nu_y")),
+    ],
+)  # fmt: skip
+def test_conventions_of_euler_angles_are_named(text: str, spoil: Spoil) -> None:
+    run = tt.integrate("reference", record=("phi",))
+    times_ = [0.005 * i for i in range(150)]
+    names = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y", "phi")
+    frame = run.frame(*names, times=times_, numbers="float")
+    found = check(spoil(frame), "reference")
+    assert [cause.text for cause in found.causes] == [text]
+
+
+@pytest.mark.parametrize("since", [9.0, 0.7])
+def test_a_convention_holds_in_all_rows(healthy: Healthy, since: float) -> None:
+    """Exchanged columns of a part, longer than what the search looks at, are no convention."""
+    rows = healthy("reference", 601, 1.2)[VECTORS]
+    exchanged = SPOILT["vx, vy hold vy, vx"](rows).where(rows["t"] < since, rows)
+    found = check(exchanged, "reference", friction="other", start="other")
+    named = [cause.text for cause in found.causes if cause.kind == "convention"]
+    assert found.verdict == "fail"
+    assert named == (["vx, vy hold vy, vx"] if since > 2 else [])

@@ -9,7 +9,6 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import VECTORS
-from tests.conftest import more
 
 pytest_plugins = ("pytester",)
 
@@ -19,7 +18,7 @@ TESTS = """
 
     @pytest.fixture(autouse=True)
     def quick(monkeypatch):  # the search for causes takes most of the time
-        monkeypatch.setattr("tt_precise.check.explain.explain", lambda *_: [])
+        monkeypatch.setattr("tt_precise.check.causes.explain", lambda *_: [])
 
     @pytest.fixture
     def frame():
@@ -58,10 +57,8 @@ def project(pytester: pytest.Pytester) -> pytest.Pytester:
     return pytester
 
 
-@pytest.mark.parametrize("workers", [[], more(["-n", "1"])], ids=["alone", "xdist"])
-def test_the_fixtures_pass_and_fail(project: pytest.Pytester, workers: list[str]) -> None:
-    run = project.runpytest_subprocess if workers else project.runpytest_inprocess
-    result = run("-p", "no:cacheprovider", *workers)
+def test_the_fixtures_pass_and_fail(project: pytest.Pytester) -> None:
+    result = project.runpytest_inprocess("-p", "no:cacheprovider")
     result.assert_outcomes(passed=1, failed=4)
     printed = result.stdout.str()
     for line in (

@@ -10,7 +10,7 @@ import pytest
 
 import tt_precise as tt
 from tt_precise.golden import solution
-from tt_precise.golden.solution import Rows, TrueSolution, relative_errors
+from tt_precise.golden.solution import ComparedRows, TrueSolution, relative_errors
 from tt_precise.golden.store import Stored, read_files
 from tt_precise.golden.table import EXACTLY
 from tt_precise.mechanics.digits import sizes
@@ -22,12 +22,12 @@ VECTORS = NewtonState._fields
 ERROR = 1e-6
 
 
-def rows_of(stored: Stored, indices: list[int]) -> Rows:
+def rows_of(stored: Stored, indices: list[int]) -> ComparedRows:
     """Golden rows in double, as a simulator writes them."""
     table = stored.trajectory
     values = {name: numpy.array(table.floats(name))[indices] for name in VECTORS}
     times = [table.column("t")[index] for index in indices]
-    return Rows(
+    return ComparedRows(
         numpy.array(list(map(float, times))),
         values,
         lambda row, names: [repr(float(values[name][row])) for name in names],
@@ -56,23 +56,23 @@ def test_rows_at_other_times_are_compared_with_an_integration() -> None:
     run = tt.integrate(scene, "quad")
     values = run.table(*VECTORS, times=times)
     true = TrueSolution(scene)
-    distance = true.distance(Rows(times, values), digits=10)
+    distance = true.distance(ComparedRows(times, values), digits=10)
     assert distance.how.startswith("integrated in ")
     assert distance.compared.all()
     assert 10 <= min(distance.fewest().values()) < 20
     off = {**values, "Lz": values["Lz"] * (1 + 1e-9)}
-    assert true.distance(Rows(times, off), digits=10).fewest()["Lz"] < 9.1
+    assert true.distance(ComparedRows(times, off), digits=10).fewest()["Lz"] < 9.1
     exactly: Any = run.table(*VECTORS, times=[Fraction(0), Fraction("0.0123")], numbers="text")
-    rows = Rows(
+    rows = ComparedRows(
         times[:2],
         {name: column[:2] for name, column in values.items()},
         lambda row, names: [exactly[name][row] for name in names],
         lambda row: Fraction(0) if row == 0 else Fraction("0.0123"),
     )
     assert min(true.distance(rows, digits=20).fewest().values()) > 20
-    beyond = Rows(times + 1, values)
+    beyond = ComparedRows(times + 1, values)
     with pytest.raises(InputError, match="expected at most 2 s, 10 times"):
-        true.distance(Rows(times + 3, values))
+        true.distance(ComparedRows(times + 3, values))
     assert true.distance(beyond).compared.all()
 
 
@@ -85,12 +85,12 @@ def test_whole_turns_of_an_angle_cost_no_digit(wrong: str, digits: int) -> None:
         for cell in stored.trajectory.column("phi")
     ]
     t = numpy.array(stored.trajectory.floats("t"))
-    rows = Rows(t, {"phi": numpy.array(cells, float)}, lambda row, names: [cells[row]])
+    rows = ComparedRows(t, {"phi": numpy.array(cells, float)}, lambda row, names: [cells[row]])
     fewest = TrueSolution(stored.scene).distance(rows).fewest()["phi"]
     assert digits <= fewest < digits + 2
 
 
-def at_the_end(delay: float, error: float, before: int = 3) -> Rows:
+def at_the_end(delay: float, error: float, before: int = 3) -> ComparedRows:
     """The last rows of contact-lost; its end is late by ``delay`` and off by ``error``."""
     stored = read_files("contact-lost")
     count = len(stored.trajectory.rows)

@@ -1,107 +1,75 @@
-"""The search for the conventions of a file whose rows do not obey the equations as written.
+"""Conventions of columns, their conversion to ours, and the search for one that fits.
 
-A ``Convention`` has one choice for each group: units, the vertical, the handedness of the world,
-the body's axis, order and direction of the quaternion, frame of omega, point and frame of the
-velocity, point of the position. ``search`` narrows the choices down in stages: the attitude by the
-free motion, from both rows of an interval to its middle; the geometry by height and lift; then all
-residuals, for the conventions with the fewest changes first. A left-handed file obeys the same
-equations in its own cross product. Therefore ``search`` reads such a file as right-handed, and
-compares the sign of Jellett's integral with the scene's.
+A ``Convention`` has one choice for each property in which simulators differ: units, the vertical
+and the handedness of the world, the symmetry axis of the body, order and direction of the
+quaternion, frame of the angular velocity, point and frame of the velocity, point of the position.
+
+``candidates`` narrows the choices down in three stages, each by a law that holds for every contact
+force: the attitude follows the free motion from row to row, Jellett's integral is constant, and
+the contact point stays on the table. The checks decide on the candidates.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.force_free import Misfit, Rounding, misfits, norm
-from tt_precise.check.force_free_flow import (
-    FARTHEST,
-    NO_TERMS,
-    RigidMotion,
-    Terms,
-    axis_of,
-    jellett_of,
-    lift_of,
-)
-from tt_precise.mechanics.newton import angular_momentum, contact_arm, inverse_inertia
+from tt_precise.check.columns import OMEGA, POSITION, QUATERNION, VELOCITY, Columns, stacked, unit
+from tt_precise.check.rows import Rows
+from tt_precise.mechanics.conversion import axis_of
+from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import Quaternion, Vector, cross, multiplied, rotate
-from tt_precise.runtime.values import Array, require_name
+from tt_precise.mechanics.vectors import cross, dot, multiplied, rotate
+from tt_precise.runtime.values import Arithmetic, Array, require_name
+from tt_precise.scene.initial_state import InitialState
 
-HALF = math.sqrt(0.5)
-RATES = (24, 30, 50, 60, 90, 100, 120, 144, 240, 500, 1000)
+FRAME_RATES = (24, 30, 50, 60, 90, 100, 120, 144, 240, 500, 1000)
 TIME = {
     "s": 1.0, "ms": 1e-3, "microseconds": 1e-6, "ns": 1e-9, "minutes": 60.0,
-    **{f"rows at {rate} Hz": 1 / rate for rate in RATES},
-    **{f"1/{rate} s": 1 / rate for rate in RATES if rate != 1000},
+    **{f"rows at {rate} Hz": 1 / rate for rate in FRAME_RATES},
 }  # fmt: skip
 LENGTH = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inches": 0.0254}
-ANGLE = {"rad": 1.0, "degrees": math.pi / 180, "revolutions per minute": math.pi / 30}
-ANGLE["revolutions"] = 2 * math.pi
-LINEAR_MOMENTUM = {"": 1.0, "g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
-PER_SECOND = {name + " per second" * ("per" not in name): size for name, size in ANGLE.items()}
-# What may be in another unit, and the columns that are then.
-UNITS = (
-    ("the velocities are in", {f"{name}/s": size for name, size in LENGTH.items()},
-     "vx vy nu_x nu_y"),
-    ("lengths are in", LENGTH, "vcx vcy vcz x y z"),
-    ("the angular momentum is in", LINEAR_MOMENTUM, "Lx Ly Lz"),
-    ("the angular velocities are in", PER_SECOND, "theta_dot phi_dot omega_3 psi_dot wx wy wz"),
-    ("theta is in", {"degrees": ANGLE["degrees"]}, "theta"),
-)  # fmt: skip
-# Quaternions that turn the direction that is up to z, and z to the body's axis.
-UP: dict[str, Quaternion] = {
+ANGLE = {
+    "rad": 1.0, "degrees": math.pi / 180, "revolutions": 2 * math.pi,
+    "revolutions per minute": math.pi / 30,
+}  # fmt: skip
+MOMENTUM = {"g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
+HALF = math.sqrt(0.5)
+# Quaternions that rotate the upward direction to z, and z to the symmetry axis of the body.
+UP = {
     "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, HALF, 0.0, 0.0), "x": (0.5, -0.5, -0.5, -0.5),
     "-z": (0.0, 1.0, 0.0, 0.0),
 }  # fmt: skip
-AXIS: dict[str, Quaternion] = {
+AXIS = {
     "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, -HALF, 0.0, 0.0), "x": (HALF, 0.0, HALF, 0.0),
     "-z": (0.0, 1.0, 0.0, 0.0), "-y": (HALF, HALF, 0.0, 0.0), "-x": (HALF, 0.0, -HALF, 0.0),
 }  # fmt: skip
-# The verticals and hands of worlds that have a name, and the ends of the body that may be its axis.
 WORLDS = {
-    "z-up": ("z", "right"),
-    "y-up": ("y", "right"),
-    "left-handed-z-up": ("z", "left"),
-    "left-handed-y-up": ("y", "left"),
-}
+    "z-up": ("z", "right"), "y-up": ("y", "right"),
+    "left-handed-z-up": ("z", "left"), "left-handed-y-up": ("y", "left"),
+}  # fmt: skip
 AXES = ("z", "y", "x")
-QUATERNION, OMEGA = ("qw", "qx", "qy", "qz"), ("wx", "wy", "wz")
-POLAR = (("vcx", "vcy", "vcz"), ("x", "y", "z"))
+MIRROR = numpy.array([[1.0], [-1.0], [1.0]])  # reflects polar vectors in y; axial ones by -MIRROR
 
-# At half and at double of each constant below (but ``LIMITS``) the same is named of the files of
-# seven engines, of two with a wrong column, of five random conventions and of two wrong bodies.
-# Rows that are looked at, intervals of the first stage, candidates of it, and those judged in full.
-LOOKED_AT, INTERVALS, PARTIALS, TRIES = 250, 24, 32, 24
-# What the first stage accepts: rad of misfit, and the part of the turning.
-ROUGH, PART = 0.3, 0.25
-# Limits of what is beyond the bounds: of integrators that are right, and of engines with soft
-# contacts and low orders (measured on MuJoCo, Bullet, Exudyn, Drake and DART).
-LIMITS = {
-    "spin": 1e-2, "axis": 1e-2, "position": 1e-2, "torque": 1e-4, "jellett": 1e-6, "lift": 1e-6,
-    "height": 1e-6,
-}  # fmt: skip
-ENGINES = {
-    "spin": 0.3, "axis": 0.3, "position": 0.3, "torque": 0.1, "jellett": 1e-3, "lift": 0.02,
-    "height": 0.02,
-}  # fmt: skip
-FINEST = 1e-6  # Part of a limit that is nothing.
-NEARER = 0.1  # Part of a failure that may be left with a cause: engines have errors of their own.
-# Part of what no velocity leaves of the torque that one in another convention may leave: a velocity
-# in the next unit leaves 1 - 1/2.54.
-SEEN = 0.5
-RESOLVED = 1.0  # Bound of the axis (rad) and the torque (m g R alpha) that says nothing.
+LOOKED_AT, INTERVALS = 250, 24  # rows of the search, and intervals of the first stage
+# The free motion, which neglects the torque of the weight, misses the attitude by a part of the
+# turning that is small for a fast top; another convention misses by a part of 1.
+ROUGH, PART = 0.02, 0.25
+# Misfits of Jellett's integral and of the contact point that any convention may have. Beyond them
+# the least one of all conventions is a measure of an engine's own errors.
+SMALL, FACTOR = 1e-4, 10.0
+MOST_PARTIAL, MOST_TRIED = 32, 24  # candidates of the first stage, and of the last one
 
 
 @dataclass(frozen=True)
 class Convention:
-    """One choice for each group; ours by default."""
+    """One choice for each property; by default those of this package."""
 
     time: str = "s"
     length: str = "m"
@@ -118,9 +86,9 @@ class Convention:
     place: str = "cm"
 
     def in_world(self, world: str, axis: str) -> Convention:
-        """Return the convention in the world with this name, and with this axis of the body.
+        """Return the convention in a named world, with a symmetry axis of the body.
 
-        Raises ``InputError``: there is none.
+        Raises ``InputError``: there is no such world or axis.
         """
         require_name("world", world, WORLDS)
         require_name("axis", axis, AXES)
@@ -129,34 +97,28 @@ class Convention:
 
     @property
     def changes(self) -> int:
-        """The number of groups of columns that differ from ours."""
+        """The number of properties that differ from ours; y and z exchanged are one of them."""
         differ = sum(getattr(self, one.name) != one.default for one in fields(self))
-        # Unity's left-handed y-up world is one change, y and z exchanged.
         return differ - (self.hand == "left" and self.up == "y") + self.opposite
 
     def words(self) -> str:
-        """Name the differences from ours, and the option that reads the file."""
-        said = [time_in_words(self.time)] * (self.time != "s")
-        if self.up != "z" or self.hand == "left":
-            hand = "left-handed, " if self.hand == "left" else ""
-            name = f"{'left-handed-' if self.hand == 'left' else ''}{self.up}-up"
-            option = f": add --world {name}" if name in WORLDS else ""
-            said.append(f"the world is {hand}{self.up} up{option}")
+        """Describe the differences from ours, with the options that read the file."""
+        parts = [time_in_words(self.time)] * (self.time != "s")
+        if (self.up, self.hand) != ("z", "right"):
+            left = "left-handed, " if self.hand == "left" else ""
+            name = next((n for n, world in WORLDS.items() if world == (self.up, self.hand)), "")
+            option = f": add --world {name}" if name else ""
+            parts.append(f"the world is {left}{self.up} up{option}")
         if self.axis == "-z":
-            said.append("the body's axis points from the other end")
+            parts.append("the axis points to the other end of the body")
         elif self.axis != "z":
             option = f": add --axis {self.axis}" if self.axis in AXES else ""
-            said.append(f"the body's symmetry axis is {self.axis}{option}")
-        for group, text in WORDS.items():
-            choice = getattr(self, group)
-            if choice != getattr(OURS, group):
-                said.append(text.format(NAMES.get(choice, choice)))
-        return "; ".join(said)
-
-
-def time_in_words(unit: str) -> str:
-    """Say in which unit times are."""
-    return f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
+            parts.append(f"the body's symmetry axis is {self.axis}{option}")
+        for name, text in WORDS.items():
+            value = getattr(self, name)
+            if value != getattr(OURS, name):
+                parts.append(text.format(NAMES.get(value, value)))
+        return "; ".join(parts)
 
 
 WORDS = {
@@ -175,432 +137,325 @@ NAMES = {
     "degrees": "degrees per second", "revolutions": "revolutions per second",
 }  # fmt: skip
 OURS = Convention()
-# Choices of each group that show in a single row.
-CHOICES: tuple[tuple[dict[str, Any], ...], ...] = (
-    ({"order": "scalar last"},),
-    ({"inverse": True},),
-    ({"in_body": True},),
-    ({"opposite": True},),
-    tuple({"angle": name} for name in ANGLE if name != "rad"),
-    tuple({"length": name} for name in LENGTH if name != "m"),
-    tuple(
-        {"up": up, "hand": hand}
-        for hand, up in itertools.product(("right", "left"), UP)
-        if (hand, up) != ("right", "z")
-    ),
-    tuple({"axis": name} for name in AXIS if name != "z"),
-    ({"point": "centre"}, {"point": "contact"}),
-    ({"velocity_in_body": True},),
-)
 
 
-def alternatives() -> Iterator[Convention]:
-    """Conventions that differ from ours in one group, then conventions that differ in two."""
-    for first in itertools.chain(*CHOICES):
-        yield Convention(**first)
-    for one, other in itertools.combinations(CHOICES, 2):
-        for first, second in itertools.product(one, other):
-            yield Convention(**first, **second)
-
-
-class Given(NamedTuple):
-    """Rigid-body columns: t (n,), q (4, n), omega, v or None, x or None (3, n); SI where ours.
-
-    Vectors have L in the place of omega and v_A (with its vertical part) in that of v, as
-    ``vectors`` says; then q is some attitude with their axis.
-    """
-
-    t: Array
-    q: Array
-    w: Array
-    v: Array | None
-    x: Array | None = None
-    vectors: bool = False
-
-    @classmethod
-    def of_columns(cls, columns: Mapping[str, Array]) -> Given:
-        """Return rigid-body columns; v or x is None where it is not complete among them."""
-        q, w = (numpy.array([columns[name] for name in names]) for names in (QUATERNION, OMEGA))
-        v, x = (
-            numpy.array([columns[name] for name in names]) if {*names} <= columns.keys() else None
-            for names in POLAR
-        )
-        return cls(columns["t"], q, w, v, x)
-
-    @property
-    def columns(self) -> dict[str, Array]:
-        """Rigid-body columns by name."""
-        groups = zip((QUATERNION, OMEGA, *POLAR), (self.q, self.w, self.v, self.x), strict=True)
-        known = [zip(names, values, strict=True) for names, values in groups if values is not None]
-        return {"t": self.t, **dict(itertools.chain(*known))}
-
-    @property
-    def of_unit_length(self) -> Given:
-        """Divide the quaternions by their lengths."""
-        return self._replace(q=self.q / norm(self.q))
-
-    def part(self, rows: Array | slice) -> Given:
-        """Return some of the rows."""
-        v, x = (None if one is None else one[:, rows] for one in (self.v, self.x))
-        return Given(self.t[rows], self.q[:, rows], self.w[:, rows], v, x, self.vectors)
-
-    def rows(self, body: Parameters) -> RigidMotion:
-        """Return the motion of ``body``; where v is not known, as if the top rolled."""
-        k = axis_of(self.q)
-        a = contact_arm(body, k)
-        L = self.w if self.vectors else numpy.array(angular_momentum(body, k, _vector(self.w)))
-        v = self.v
-        if v is None or self.vectors:
-            w = inverse_inertia(body, k, _vector(L))
-            v = (0.0 if v is None else v) - numpy.array(cross(w, a))
-        return RigidMotion(self.t, self.q, L, v, self.x)
-
-
-def rotated(q: Quaternion | Array, vector: Array) -> Array:
-    """Return vectors (3, ...) after the rotations by unit quaternions."""
-    return numpy.array(rotate(tuple(q), tuple(vector)))
-
-
-def _times(p: Quaternion | Array, q: Quaternion | Array) -> Array:
-    return numpy.array(numpy.broadcast_arrays(*multiplied(tuple(p), tuple(q))))
-
-
-def _conjugate(q: Array) -> Array:
-    return q * numpy.array([1.0, -1.0, -1.0, -1.0]).reshape(4, *(1,) * (q.ndim - 1))
-
-
-def attitude(q: Array, convention: Convention) -> Array:
-    """Return quaternions with their scalar first, from the body to the inertial frame."""
-    q = q if convention.order == "scalar first" else numpy.roll(q, 1, axis=0)
-    return _conjugate(q) if convention.inverse else q
+def time_in_words(unit: str) -> str:
+    """Return words for the unit of the times."""
+    return f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
 
 
 @numpy.errstate(all="ignore")  # rows that blew up are left to the checks
-def convert(given: Given, convention: Convention, body: Parameters) -> Given:
-    """Convert the columns of a file from ``convention`` to ours.
-
-    Quaternions may have any length, and keep it; one of length 0 turns everything to 0.
-    """
+def convert(columns: Columns, convention: Convention, body: Parameters) -> dict[str, Array]:
+    """Convert rigid-body columns from ``convention`` to ours; quaternions keep their length."""
     up, axis, length = UP[convention.up], AXIS[convention.axis], LENGTH[convention.length]
-    q = attitude(given.q, convention)
+    q = stacked(columns, QUATERNION)
+    q = q if convention.order == "scalar first" else numpy.roll(q, 1, axis=0)
+    q = q * numpy.array([[1.0], [-1.0], [-1.0], [-1.0]]) if convention.inverse else q
     size = (q * q).sum(axis=0)
     size[size == 0] = 1.0
-    w = given.w * ANGLE[convention.angle] * (-1 if convention.opposite else 1)
-    w = rotated(up, rotated(q, w) / size if convention.in_body else w)
-    v, x = given.v, given.x
-    if v is not None:
-        v = length * rotated(up, rotated(q, v) / size if convention.velocity_in_body else v)
-    if x is not None:
-        x = length * rotated(up, x)
-    q = _times(_times(up, q), axis)
+
+    def in_world(vector: Array, in_body: bool) -> Array:
+        return _rotated(up, _rotated(q, vector) / size if in_body else vector)
+
+    w = stacked(columns, OMEGA) * ANGLE[convention.angle] * (-1 if convention.opposite else 1)
+    w = in_world(w, convention.in_body)
+    v = length * in_world(stacked(columns, VELOCITY), convention.velocity_in_body)
+    x = length * in_world(stacked(columns, POSITION), False)
+    q = numpy.array(numpy.broadcast_arrays(*multiplied(multiplied(up, tuple(q)), axis)))
     if convention.hand == "left":
-        mirror = numpy.array([[1.0], [-1.0], [1.0]])
-        w, q = -mirror * w, q * numpy.array([[1.0], [-1.0], [1.0], [-1.0]])
-        v, x = (one if one is None else one * mirror for one in (v, x))
-    k = numpy.array(axis_of(q)) / size
-    centre = body.R * body.alpha * k
-    if v is not None and convention.point != "cm":
-        arm = contact_arm(body, _vector(k)) if convention.point == "contact" else _vector(centre)
-        v = v - numpy.array(cross(_vector(w), arm))
-    if x is not None and convention.place == "centre":
-        x = x - centre
-    return Given(TIME[convention.time] * given.t, q, w, v, x)
+        v, x, w = v * MIRROR, x * MIRROR, -w * MIRROR
+        q = q * numpy.array([[1.0], [-1.0], [1.0], [-1.0]])
+    k = tuple(axis_of(*q))
+    centre = body.R * body.alpha * numpy.array(k)
+    if convention.point != "cm":
+        arm = tuple(centre) if convention.point == "centre" else contact_arm(body, k)
+        v = v - numpy.array(cross(tuple(w), arm))
+    x = x - centre if convention.place == "centre" else x
+    ours = dict(zip((*QUATERNION, *OMEGA, *VELOCITY, *POSITION), (*q, *w, *v, *x), strict=True))
+    return {"t": TIME[convention.time] * columns["t"]} | {n: ours[n] for n in ours if n in columns}
 
 
-def _vector(components: Array | Vector) -> Vector:
-    return (components[0], components[1], components[2])
+def _rotated(q: Any, vector: Array) -> Array:
+    return numpy.array(rotate(tuple(q), tuple(vector)))
 
 
-class Fit(NamedTuple):
-    """Residuals of rows under the laws that need no force: the excess over the bounds of each.
-
-    ``open`` says that too little is resolved, ``axis_open`` that of the motion of the axis;
-    ``jellett`` is the integral at the start.
-    """
-
-    parts: dict[str, float]
-    open: bool
-    axis_open: bool
-    jellett: float
-
-    def failing(self, limits: Mapping[str, float]) -> dict[str, float]:
-        """Return the parts above their limits."""
-        return {n: value for n, value in self.parts.items() if not value <= limits[n]}
-
-    @property
-    def passes(self) -> bool:
-        """True if every residual is resolved and within its limit."""
-        return not self.open and not self.failing(LIMITS)
-
-    @property
-    def size(self) -> float:
-        """The largest residual in units of engines' errors; infinite where nothing is resolved."""
-        return math.inf if self.open else self.size_of(())
-
-    def size_of(self, without: Collection[str]) -> float:
-        """The largest part but for some, in units of what engines leave."""
-        left = (value / ENGINES[n] for n, value in self.parts.items() if n not in without)
-        return max(left, default=0.0)
-
-    @property
-    def remainder(self) -> float:
-        """The geometric mean of the residuals, in units of the limits."""
-        logs = [math.log(max(v / LIMITS[n], FINEST)) for n, v in self.parts.items()]
-        return math.exp(sum(logs) / len(logs))
+# ---- the search --------------------------------------------------------------------------------
 
 
-def fit(
-    body: Parameters,
-    given: Given,
-    rounding: Mapping[str, float],
-    terms: Terms = NO_TERMS,
-) -> Fit:
-    """Return how rigid-body rows obey the laws for every force.
+class Candidate(NamedTuple):
+    """A convention in words, and the rows as they would be without it."""
 
-    ``rounding`` has half a unit of the last place of t, q, w, v and x.
-    """
+    text: str
+    change: Callable[[Rows], Rows]
+
+
+def candidates(rows: Rows) -> Iterator[Candidate]:
+    """Yield the conventions that the three stages do not exclude, the fewest changes first."""
+    few = rows.part(slice(0, LOOKED_AT))
+    if len(few.t) < 3:
+        return
     with numpy.errstate(all="ignore"):
-        rows, moving = given.rows(body), given.v is not None
-        k = axis_of(rows.q)
-        L, count = rows.L, len(rows.t)
-        u = {name: numpy.full(count, 2 * rounding.get(name, 0.0)) for name in "tqwvx"}
-        inertia = max(body.I1, body.I3)
-        omega = norm(L) / min(body.I1, body.I3)
-        if given.vectors:
-            u_L, u["w"] = u["w"], u["w"] / min(body.I1, body.I3)
-            u["v"] = u["v"] + 2 * body.R * u["w"]
-        else:
-            u_L = inertia * u["w"] + 2 * abs(body.I3 - body.I1) * omega * u["q"]
-        known = Rounding(u["t"], u["q"], u_L, u["v"], u["x"])
-        found = misfits(body, rows, known, moving, terms=terms)
-        parts: dict[str, float] = {}
-        turning = ("axis",) if given.vectors else ("spin", "axis")
-        for name in (*turning, *(("torque", "position") if moving else ())):
-            if name in found:
-                parts[name] = _beyond(found[name])
-        jellett, kept = float(jellett_of(body, rows)[0]), found["jellett"]
-        parts["jellett"] = largest(numpy.fmax(kept.summed - kept.summed_bound, 0) / abs(jellett))
-        scale = body.R * omega[0]
-        if moving:
-            slack = u["v"] + body.R * (u["w"] + 2 * omega * u["q"])
-            parts["lift"] = largest((abs(lift_of(body, rows)) - slack) / scale)
-        if given.x is not None:
-            off = abs(given.x[2] / body.R - (1 - body.alpha * k[2]))
-            parts["height"] = largest(off - u["x"] / body.R - 2 * u["q"])
-        names = ("axis", "torque") if moving else ("axis",)
-        usual = [float(numpy.sort(found[name].bound)[(count - 1) // 2]) for name in names]
-        resolved = [bound < RESOLVED for bound in usual]
-        return Fit(parts, not all(resolved), not resolved[0], jellett)
+        if rows.assumed.columns.name != "rigid body":
+            yield from _of_columns(few)
+            return
+        conventions = _by_contact(few, _by_jellett(few, _by_attitude(few)))
+    for one in conventions:
+        yield Candidate(one.words(), partial(_in_ours, convention=one))
 
 
-def largest(values: Array) -> float:
-    """Return the largest of values above 0, infinite where one is not finite."""
-    return float(
-        numpy.max(numpy.where(numpy.isfinite(values), numpy.maximum(values, 0), numpy.inf))
+def _in_ours(rows: Rows, convention: Convention) -> Rows:
+    return rows.changed(convert(rows.given, convention, rows.body))
+
+
+def _ends(t: Array) -> tuple[Array, Array]:
+    """Return the first and the last rows of the intervals of the first stage."""
+    first = numpy.unique(numpy.linspace(0, len(t) - 2, INTERVALS).astype(int))
+    return first, first + 1
+
+
+def _by_attitude(rows: Rows) -> list[Convention]:
+    """Return conventions in which the free motions from both ends of an interval meet half way."""
+    first, last = _ends(rows.t)
+    units = [(time, angle) for time in _units_of_time(rows) for angle in ANGLE]
+    scale = numpy.array([TIME[time] * ANGLE[angle] for time, angle in units])[:, None]
+    half = scale * numpy.diff(rows.given["t"])[first] / 2
+    turned = (2 * half * numpy.sqrt((stacked(rows.given, OMEGA) ** 2).sum(axis=0))[first]).max(
+        axis=1
     )
+    found, misfits = [], []
+    for order, inverse, in_body, opposite, axis in itertools.product(
+        ("scalar first", "scalar last"), *3 * ((False, True),), AXES
+    ):
+        one = Convention("s", "m", "rad", "z", "right", axis, order, inverse, in_body, opposite)
+        columns = convert(rows.given, one, rows.body)
+        q, w = unit(stacked(columns, QUATERNION)), stacked(columns, OMEGA)
+        moved = _rms(_angle(q[:, last], q[:, first]))
+        there = _free(rows.body, q[:, first], w[:, first], half)
+        back = _free(rows.body, q[:, last], w[:, last], -half)
+        misses = _rms(_angle(there, back)) / moved
+        found += [replace(one, time=time, angle=angle) for time, angle in units]
+        misfits += numpy.where((misses < PART) & (turned < 2 * math.pi), misses, math.inf).tolist()
+    return _least(found, misfits, ROUGH)[:MOST_PARTIAL]
 
 
-def _beyond(one: Misfit) -> float:
-    left = numpy.fmax(one.value - one.bound, one.summed - one.summed_bound)
-    return float(numpy.nanmax(numpy.append(left, 0.0)))
+def _free(body: Parameters, q: Array, w: Array, t: Array) -> Array:
+    """Return the orientations after each of the times (units, n) of free motion.
 
-
-def rotation_by(vector: Array) -> Array:
-    """Return the quaternions of rotations by vectors (3, ...) of their angles (rad)."""
-    size = numpy.sqrt((vector**2).sum(axis=0))
-    factor = numpy.where(size > 1e-12, numpy.sin(size / 2) / numpy.maximum(size, 1e-300), 0.5)
-    return numpy.concatenate((numpy.cos(size / 2)[None], factor * vector))
-
-
-def _angle_of(q: Array) -> Array:
-    """The angle (rad) of rotations."""
-    angle: Array = 2 * numpy.arctan2(numpy.sqrt((q[1:] ** 2).sum(axis=0)), abs(q[0]))
-    return angle
-
-
-def units_of_time(t: Array) -> dict[str, float]:
-    """Return the units (s) in which times may be: whole numbers may count rows."""
-    dt = numpy.diff(t)
-    counts = bool(numpy.allclose(dt, numpy.rint(dt)) and dt.min() >= 1)
-    other = "1/" if counts else "rows"
-    units = {name: unit for name, unit in TIME.items() if not name.startswith(other)}
-    if counts and dt.max() > 1:
-        del units["rows at 1000 Hz"]  # whole ms
-    return units
-
-
-def in_other_units(given: Mapping[str, Array]) -> Iterator[tuple[str, dict[str, Array]]]:
-    """Columns in one other unit, in words and as ours."""
-    found = [(time_in_words(unit), size, ["t"]) for unit, size in units_of_time(given["t"]).items()]
-    for what, units, groups in UNITS:
-        names = [name for name in groups.split() if name in given]
-        found += [(f"{what} {unit}", size, names) for unit, size in units.items() if names]
-    for text, size, names in found:
-        if size != 1:
-            yield text, {name: size * given[name] for name in names}
-
-
-def by_attitude(given: Given, body: Parameters) -> Iterator[tuple[float, Convention]]:
-    """Conventions in which the free motion from both rows of an interval meets in its middle."""
-    count = len(given.t) - 1
-    i = numpy.unique(numpy.linspace(0, count - 1, min(INTERVALS, count)).astype(int))
-    dt = given.t[i + 1] - given.t[i]
-    units = [
-        (time, angle, a * b)
-        for (time, a), (angle, b) in itertools.product(
-            units_of_time(given.t).items(), ANGLE.items()
-        )
-    ]
-    s = numpy.array([scale for *_, scale in units])[:, None]
-    ratio = body.I3 / body.I1
-    speed = float(numpy.sort(norm(given.w))[len(given.t) // 2])
-    for order, inverse in itertools.product(("scalar first", "scalar last"), (False, True)):
-        q = attitude(given.q / norm(given.q), Convention(order=order, inverse=inverse))
-        moved = _rms(_angle_of(_times(q[:, i + 1], _conjugate(q[:, i]))))
-        for in_body, opposite, axis in itertools.product((False, True), (False, True), "zyx"):
-            e = numpy.array(axis_of(numpy.array(AXIS[axis])))
-            w = given.w * (-1 if opposite else 1)
-            w = rotated(q, w) if in_body else w
-
-            def half(rows: Array, way: float, q: Array = q, w: Array = w, e: Array = e) -> Array:
-                k = rotated(q[:, rows], numpy.broadcast_to(e[:, None], (3, len(rows))))
-                along = (w[:, rows] * k).sum(axis=0)
-                L, d = w[:, rows] + (ratio - 1) * along * k, way * dt / 2 * s
-                spin = (1 - ratio) * along * d
-                first = _times(rotation_by(L[:, None] * d), q[:, rows][:, None])
-                return _times(first, rotation_by(e[:, None, None] * spin))
-
-            off = _angle_of(_times(half(i, 1.0), _conjugate(half(i + 1, -1.0))))
-            for (time, angle, scale), one in zip(units, _rms(off), strict=True):
-                if one < min(ROUGH, PART * moved) and speed * scale * dt.max() < FARTHEST:
-                    yield (
-                        float(one),
-                        Convention(
-                            order=order, inverse=inverse, in_body=in_body, opposite=opposite,
-                            axis=axis, time=time, angle=angle,
-                        ),
-                    )  # fmt: skip
-
-
-def _rms(values: Array) -> Array:
-    mean: Array = numpy.sqrt((values**2).mean(axis=-1))
-    return mean
-
-
-def by_geometry(given: Given, body: Parameters, partial: Convention) -> Iterator[Convention]:
-    """Ways up, ends of the axis, points and units that height and lift do not exclude."""
-    count = len(given.t)
-    at = numpy.unique(numpy.linspace(0, count - 2, min(40, count - 1)).astype(int))
-    here, there = slice(0, len(at)), slice(len(at), None)
-    pairs = given.part(numpy.concatenate((at, at + 1)))
-    h = TIME[partial.time] * (pairs.t[there] - pairs.t[here])
-    points = ("cm", "centre", "contact") if given.v is not None else ("cm",)
-    frames = (False, True) if given.v is not None else (False,)
-    for up, flip in itertools.product(UP, ("", "-")):
-        one = replace(partial, up=up, axis=flip + partial.axis)
-        by_frame = [convert(pairs, replace(one, velocity_in_body=frame), body) for frame in frames]
-        ours = by_frame[0]
-        k = axis_of(ours.q)
-        arms = {"cm": numpy.zeros_like(ours.w), "contact": numpy.array(contact_arm(body, k))}
-        arms["centre"] = body.R * body.alpha * numpy.array(k)
-        swings = {p: numpy.array(cross(_vector(ours.w), _vector(arms[p]))) for p in arms}
-        places = [(length, "cm") for length in LENGTH]
-        if ours.x is not None:
-            tall = {"cm": 1 - body.alpha * k[2], "centre": numpy.ones_like(k[2])}
-            places = [
-                (length, place)
-                for (length, unit), place in itertools.product(LENGTH.items(), tall)
-                if _rms((ours.x[2] * unit / body.R - tall[place])[here]) < 0.03
-            ]
-        size = float(numpy.sort(norm(ours.w[:, here]))[len(at) // 2])
-        rise = swings["contact"][2, here]
-        least = max(0.1 * float(_rms(rise)), 0.01 * body.R * size)
-        for (length, place), point, frame in itertools.product(places, points, frames):
-            unit, raw = LENGTH[length], by_frame[frame].v
-            if raw is not None:
-                v = unit * raw - swings[point]
-                if _rms(v[2, here] + rise) > least:
-                    continue
-                if ours.x is not None:
-                    x = unit * ours.x - arms[place]
-                    moved = x[:, there] - x[:, here]
-                    off = moved - h * (v[:, here] + v[:, there]) / 2
-                    if _rms(norm(off)) > 0.25 * _rms(norm(moved)):
-                        continue
-            yield replace(one, length=length, place=place, point=point, velocity_in_body=frame)
-
-
-class FoundConvention(NamedTuple):
-    """A convention in which the rows obey the laws, and how; ``exactly`` or as engines do."""
-
-    convention: Convention
-    fit: Fit
-    exactly: bool
-
-
-def search(
-    given: Given, body: Parameters, rounding: Mapping[str, float], scenes_jellett: float
-) -> tuple[Fit, list[FoundConvention]]:
-    """Return the fit of the rows as given, and fitting conventions, fewest changes first."""
-    given = given.part(slice(0, LOOKED_AT))
-    as_given = Fit({}, True, True, scenes_jellett)
-    turning = float(numpy.sort(norm(given.w))[len(given.t) // 2]) * float(numpy.diff(given.t).max())
-    if turning < 20:
-        as_given = fit(body, convert(given, OURS, body), rounding)
-    mirrored = as_given.jellett * scenes_jellett < 0
-    if as_given.passes:
-        hand = [FoundConvention(replace(OURS, hand="left"), as_given, True)] if mirrored else []
-        return as_given, hand
-    candidates: dict[Convention, tuple[int, float]] = {}
-    with numpy.errstate(all="ignore"):
-        partials = sorted(by_attitude(given, body), key=lambda pair: pair[0])
-        for off, partial in partials[:PARTIALS]:
-            for one in by_geometry(given, body, partial):
-                candidates.setdefault(one, (one.changes, off))
-    passing: list[FoundConvention] = []
-    nearly: list[FoundConvention] = []
-    for one, (changes, _) in sorted(candidates.items(), key=lambda pair: pair[1])[:TRIES]:
-        if one == OURS:
-            continue
-        if passing and changes > passing[0].convention.changes:
-            break
-        if nearly and changes > min(near.convention.changes for near in nearly) + 1:
-            break
-        found = fit(body, convert(given, one, body), _scaled(rounding, one))
-        if found.passes:
-            passing.append(FoundConvention(one, found, True))
-            continue
-        near = as_given.size > 1 and found.size < min(1.0, NEARER * as_given.size)
-        if near and _velocity_seen(given, body, rounding, one, found):
-            nearly.append(FoundConvention(one, found, False))
-    order = passing or sorted(
-        nearly,
-        key=lambda near: (len(near.fit.failing(LIMITS)), near.fit.remainder),
-    )
-    return as_given, [
-        one._replace(convention=replace(one.convention, hand="left"))
-        if one.fit.jellett * scenes_jellett < 0
-        else one
-        for one in order
-    ]
-
-
-def _velocity_seen(
-    given: Given, body: Parameters, rounding: Mapping[str, float], one: Convention, found: Fit
-) -> bool:
-    """Test that a velocity in another convention leaves less of the torque than none does.
-
-    Beside the spin of a top near the vertical what is small enough might be any velocity.
+    A symmetric body rotates about L at |L|/I1, and about its axis at omega_3 (1 - I3/I1).
     """
-    kept = (one.length, one.point, one.velocity_in_body)
-    if given.v is None or kept == (OURS.length, OURS.point, OURS.velocity_in_body):
-        return True
-    still = convert(given._replace(v=0 * given.v), one, body)
-    left = fit(body, still, _scaled(rounding, one)).parts["torque"]
-    return found.parts["torque"] < SEEN * left
+    k = axis_of(*q)
+    spin = (w * numpy.array(k)).sum(axis=0)
+    about_L = _rotation(w + (body.I3 / body.I1 - 1) * spin * numpy.array(k), t)
+    about_axis = _rotation((1 - body.I3 / body.I1) * spin * numpy.array([[0.0], [0.0], [1.0]]), t)
+    after = multiplied(multiplied(tuple(about_L), tuple(q)), tuple(about_axis))
+    return numpy.array(numpy.broadcast_arrays(*after))
 
 
-def _scaled(rounding: Mapping[str, float], one: Convention) -> dict[str, float]:
-    length = LENGTH[one.length]
-    units = {"t": TIME[one.time], "w": ANGLE[one.angle], "v": length, "x": length, "q": 1.0}
-    return {name: value * units[name] for name, value in rounding.items()}
+def _rotation(rate: Array, t: Array) -> Array:
+    """Return the quaternions of rotations at angular velocities (3, n) for times (..., n)."""
+    size = numpy.sqrt((rate**2).sum(axis=0))
+    sine = numpy.sin(size * t / 2) / numpy.where(size == 0, 1.0, size)
+    return numpy.array([numpy.cos(size * t / 2), *(sine * x for x in rate)])
+
+
+def _by_jellett(rows: Rows, found: Sequence[Convention]) -> list[Convention]:
+    """Return verticals and ends of the axis for which Jellett's integral is constant."""
+    worlds = [
+        replace(one, up=up, axis=end + one.axis) for one in found for up in UP for end in ("", "-")
+    ]
+    return _least(worlds, [_jellett_drift(_in_ours(rows, one)) for one in worlds])
+
+
+def _by_contact(rows: Rows, found: Sequence[Convention]) -> list[Convention]:
+    """Return points and units for which the contact point stays on the table, in one hand."""
+    groups: list[dict[str, Sequence[Any]]] = []
+    if VELOCITY[0] in rows.given:
+        points = ("cm", "centre", "contact")
+        groups.append({"length": (*LENGTH,), "point": points, "velocity_in_body": (False, True)})
+    if POSITION[2] in rows.given:
+        lengths = {} if groups else {"length": (*LENGTH,)}
+        groups.append({**lengths, "place": ("cm", "centre")})
+    for choices in groups:
+        every = [
+            replace(one, **dict(zip(choices, values, strict=True)))
+            for one in found
+            for values in itertools.product(*choices.values())
+        ]
+        misfits = [_off_table(_in_ours(rows, one), "place" in choices) for one in every]
+        found = _least(every, misfits)
+    sign = _sign_of_jellett(rows)
+    hands = [sign * _jellett(_in_ours(rows, one))[0] >= 0 for one in found]
+    found = [
+        replace(one, hand="right" if right else "left")
+        for one, right in zip(found, hands, strict=True)
+    ]
+    ordered = sorted((one for one in found if one != OURS), key=lambda one: one.changes)
+    return ordered[:MOST_TRIED]
+
+
+def _sign_of_jellett(rows: Rows) -> float:
+    """Return the sign of Jellett's integral at the scene's own start, 0 for another start.
+
+    A mirrored motion obeys the same laws, and only the start tells the hand of the world.
+    """
+    if rows.assumed.start == "other":
+        return 0.0
+    start = InitialState.in_si(rows.assumed.scene, Arithmetic(numpy, float)).vectors
+    return float(numpy.sign(-dot(start.L, contact_arm(rows.body, start.k))))
+
+
+def _jellett(rows: Rows) -> Array:
+    """Return Jellett's integral in each row."""
+    return -(rows.motion.L * numpy.array(contact_arm(rows.body, tuple(rows.motion.k)))).sum(axis=0)
+
+
+def _jellett_drift(rows: Rows) -> float:
+    """Return the largest change of Jellett's integral over its size."""
+    jellett = _jellett(rows)
+    return float(numpy.ptp(jellett) / abs(jellett[0]))
+
+
+def _off_table(rows: Rows, height: bool) -> float:
+    """Return the height of the lowest point over R, or its vertical velocity over R omega."""
+    off = rows.height / rows.body.R if height else rows.contact_velocity[2] / rows.units["v"]
+    return float(_rms(off))
+
+
+def _least(
+    found: Sequence[Convention], misfits: Sequence[float], small: float = SMALL
+) -> list[Convention]:
+    """Return the conventions whose misfit is small, or near the least one, the best first."""
+    pairs = [pair for pair in zip(misfits, found, strict=True) if pair[0] < math.inf]
+    pairs.sort(key=lambda pair: pair[0])
+    return [one for misfit, one in pairs if misfit <= max(FACTOR * pairs[0][0], small)]
+
+
+def _units_of_time(rows: Rows) -> list[str]:
+    """Return the units in which times may be: only whole numbers count rows."""
+    steps = numpy.diff(rows.given["t"])
+    whole = bool((abs(steps - numpy.rint(steps)) < 1e-9 * steps).all() and steps.min() >= 1)
+    return [unit for unit in TIME if whole or not unit.startswith("rows")]
+
+
+def _angle(q: Array, other: Array) -> Array:
+    """Return the angles (rad) between unit quaternions."""
+    cosine = abs((q * other).sum(axis=0))
+    return 2 * numpy.arccos(numpy.minimum(cosine, 1.0))
+
+
+def _rms(values: Array) -> Any:
+    return numpy.sqrt((values**2).mean(axis=-1))
+
+
+# ---- vectors and Euler angles ------------------------------------------------------------------
+
+RATES = "theta_dot phi_dot omega_3 psi_dot"
+UNITS: tuple[tuple[str, str, Mapping[str, float]], ...] = (
+    ("the angular momentum is in {}", "Lx Ly Lz", MOMENTUM),
+    ("the velocities are in {}/s", "vx vy nu_x nu_y", LENGTH),
+    ("the angular velocities are in {}", RATES, ANGLE),
+    ("the angles are in {}", "theta phi psi", {"degrees": ANGLE["degrees"]}),
+)
+# What some columns hold instead of ours.
+HELD = {
+    "the world is y up": "ky=-kz kz=ky Ly=-Lz Lz=Ly",
+    "the world is x up": "kx=ky ky=kz kz=kx Lx=Ly Ly=Lz Lz=Lx",
+    "the axis points to the other end of the body": "kx=-kx ky=-ky kz=-kz",
+    "Lx, Ly, Lz have the other sign": "Lx=-Lx Ly=-Ly Lz=-Lz",
+    "vx, vy have the other sign": "vx=-vx vy=-vy",
+    **{f"{v}x, {v}y hold {v}y, {v}x": f"{v}x={v}y {v}y={v}x" for v in "kLv"},
+    **{f"{n} has the other sign": f"{n}=-{n}"
+       for n in f"kx ky kz Lx Ly Lz vx vy {RATES} nu_x nu_y".split()},
+}  # fmt: skip
+MIRRORED = {
+    "the world is left-handed, or the top spins the other way": "ky=-ky vy=-vy Lx=-Lx Lz=-Lz",
+    "the top spins the other way, or the world is left-handed": (
+        "phi_dot=-phi_dot phi=-phi omega_3=-omega_3 psi_dot=-psi_dot nu_y=-nu_y"
+    ),
+}
+ColumnChange = tuple[str, Callable[[Rows], Mapping[str, Array]]]
+
+
+def _of_columns(few: Rows) -> Iterator[Candidate]:
+    """Yield the changes of columns, one or two at once, that a few rows do not exclude."""
+    groups = [group for group in _groups(few) if group]
+    chosen = [(change,) for group in groups for change in group]
+    for pair in itertools.combinations(groups, 2):
+        chosen += itertools.product(*pair)  # type: ignore[arg-type]
+    tried, sign = 0, _sign_of_jellett(few)
+    for changes in chosen:
+
+        def change(rows: Rows, changes: Sequence[ColumnChange] = changes) -> Rows:
+            for _, columns in changes:
+                rows = rows.changed(columns(rows))
+            return rows
+
+        if tried < MOST_TRIED and _plausible(change(few), sign):
+            tried += 1
+            yield Candidate("; ".join(text for text, _ in changes), change)
+
+
+def _groups(few: Rows) -> Iterator[list[ColumnChange]]:
+    """Yield the changes of the columns of a file, by groups of which at most one holds."""
+    present = {*few.given}
+    yield [(time_in_words(unit), _scaled("t", TIME[unit])) for unit in _units_of_time(few)[1:]]
+    for text, names, units in UNITS:
+        if present & {*names.split()}:
+            yield [(text.format(n), _scaled(names, u)) for n, u in units.items() if u != 1]
+    held = {**HELD, **(MIRRORED if few.assumed.start == "scene" else {})}
+    yield [
+        (text, _exchanged(held[text])) for text in held if held[text].partition("=")[0] in present
+    ]
+    for text, needed, change in DERIVED:
+        if {*needed.split()} <= present:
+            yield [(text, change)]
+
+
+def _scaled(names: str, factor: float) -> Callable[[Rows], Mapping[str, Array]]:
+    return lambda rows: {n: factor * rows.given[n] for n in names.split() if n in rows.given}
+
+
+def _exchanged(words: str) -> Callable[[Rows], Mapping[str, Array]]:
+    pairs = [word.split("=") for word in words.split()]
+    terms = [(ours, theirs.lstrip("-"), -1.0 if "-" in theirs else 1.0) for ours, theirs in pairs]
+    return lambda rows: {
+        ours: sign * rows.given[theirs] for ours, theirs, sign in terms if ours in rows.given
+    }
+
+
+def _of_centre_of_mass(rows: Rows) -> Mapping[str, Array]:
+    x, y, _ = cross(tuple(rows.omega), contact_arm(rows.body, tuple(rows.motion.k)))
+    return {"vx": rows.given["vx"] + x, "vy": rows.given["vy"] + y}
+
+
+def _inertial(rows: Rows) -> Mapping[str, Array]:
+    phi, x, y = (rows.given[name] for name in ("phi", "nu_x", "nu_y"))
+    cosine, sine = numpy.cos(phi), numpy.sin(phi)
+    return {"nu_x": cosine * x + sine * y, "nu_y": cosine * y - sine * x}
+
+
+def _spin(rows: Rows) -> Mapping[str, Array]:
+    psi_dot, phi_dot, theta = (rows.given[name] for name in ("omega_3", "phi_dot", "theta"))
+    return {"omega_3": psi_dot + phi_dot * numpy.cos(theta)}
+
+
+# What some columns hold that follows from the state: in words, the columns, and the change.
+DERIVED = (
+    ("the velocity is that of the centre of mass", "vx", _of_centre_of_mass),
+    ("nu_x, nu_y are inertial components: rotate them by -phi", "phi nu_x", _inertial),
+    ("omega_3 holds psi_dot: omega_3 = psi_dot + phi_dot cos theta", "omega_3", _spin),
+)
+
+
+def _plausible(rows: Rows, sign: float) -> bool:
+    """Test that the axis follows the free motion, and that Jellett's integral is constant."""
+    if not (_jellett_drift(rows) < PART and sign * _jellett(rows)[0] >= 0):
+        return False
+    first, last = _ends(rows.t)
+    half = numpy.diff(rows.t)[first] / 2
+    k, rate = rows.motion.k, rows.motion.L / rows.body.I1
+    there = _rotated(_rotation(rate[:, first], half), k[:, first])
+    back = _rotated(_rotation(rate[:, last], -half), k[:, last])
+    seen = slice(0 if rows.assumed.columns.azimuth else 2, 3)
+    changes = (there - back)[seen].ravel(), (k[:, last] - k[:, first])[seen].ravel()
+    return bool(_rms(changes[0]) < PART * _rms(changes[1]))

@@ -1,25 +1,21 @@
 """The states that physics engines write, as rigid-body columns in each engine's convention.
 
-An engine's file has times, quaternions, linear and angular velocities of one body. Engines differ
-in the order of the quaternion, the frame of the angular velocity, and the point whose velocity is
-given. A new engine is one new entry in ``CONVENTIONS``.
+A new engine is one entry of ``CONVENTIONS``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import closing
 from dataclasses import replace
 
 import numpy
 
-from tt_precise.check.columns import listed
-from tt_precise.check.conventions import OURS, Convention, Given
-from tt_precise.check.sources import ColumnSource, RowSource, open_source
+from tt_precise.check.columns import OMEGA, POSITION, QUATERNION, VELOCITY, listed
+from tt_precise.check.conventions import OURS, Convention
+from tt_precise.check.sources import Source, open_table
 from tt_precise.runtime.values import Array, InputError
 
-CENTRE_OF_SPHERE, CENTRE_OF_MASS = "centre", "cm"
-OF_CENTRE = Convention(point=CENTRE_OF_SPHERE, place=CENTRE_OF_SPHERE)
+OF_CENTRE = Convention(point="centre", place="centre")
 CONVENTIONS = {
     "mujoco": replace(OF_CENTRE, in_body=True),
     "drake": OF_CENTRE,
@@ -28,127 +24,86 @@ CONVENTIONS = {
         ("bullet", "cannon-es", "jolt", "newton", "rapier"), Convention(order="scalar last")
     ),
 }
-# Each array of an engine's state by its name, and its width.
-_STATE = {"quaternion": 4, "velocity": 3, "angular_velocity": 3}
-# The same by the names of their components, the scalar last.
-_COMPONENTS = {
-    "quaternion": ("qx", "qy", "qz", "qw"),
-    "velocity": ("vx", "vy", "vz"),
-    "angular_velocity": ("wx", "wy", "wz"),
-    "position": ("x", "y", "z"),
+# Each array by its name: our names of its components, and the columns that hold them elsewhere.
+ARRAYS = {
+    "quaternion": (QUATERNION, QUATERNION),
+    "velocity": (VELOCITY, ("vx", "vy", "vz")),
+    "angular_velocity": (OMEGA, OMEGA),
+    "position": (POSITION, POSITION),
 }
-_MUJOCO = {"qpos": 7, "qvel": 6}
+MUJOCO = {"qpos": ((*POSITION, *QUATERNION), ()), "qvel": ((*VELOCITY, *OMEGA), ())}
 
 
-def conventions_of_engine(engine: str) -> tuple[Convention, dict[str, Convention]]:
-    """Return the convention of an engine's arrays, and those of others with the same arrays.
+def convention_of(engine: str) -> Convention:
+    """Return the convention of an engine's arrays.
 
-    ``engine`` is a name in ``CONVENTIONS``; ":cm" or ":centre" after it says that the body's
-    origin is the centre of mass, or the centre of the sphere.
+    ``engine`` is a name of ``CONVENTIONS``; ":cm" or ":centre" behind it says that the origin of
+    the body is the centre of mass, or the centre of the sphere.
 
     Raises ``InputError``: there is no such engine.
     """
-    own = _convention(engine)
-    # an engine whose arrays have other names cannot have written the file
-    alike = [name for name in CONVENTIONS if (name == "mujoco") == engine.startswith("mujoco")]
-    marked = (f"{name}:{origin}" for name in alike for origin in (CENTRE_OF_SPHERE, CENTRE_OF_MASS))
-    others = {_convention(name): name for name in reversed((*alike, *marked))}
-    others.pop(own, None)
-    return own, {name: other for other, name in reversed(others.items())}
-
-
-def engine_source(
-    source: object, engine: str, rename: Mapping[str, str] | None = None
-) -> ColumnSource:
-    """Return an engine's arrays (a file, or in memory) under the names of rigid-body columns.
-
-    The numbers are the engine's, in its convention.
-
-    Raises ``InputError``: no such engine or file, or an array is missing or has another shape.
-    """
-    convention = _convention(engine)
-    with closing(open_source(source, rename)) as given:
-        widths = _MUJOCO if engine.startswith("mujoco") else _STATE
-        arrays = _arrays(given, widths, convention.order == OURS.order)
-        where = given.where
-    columns = _rigid_body(arrays).columns
-    return ColumnSource(list(columns), lambda name: columns[str(name)], {}, where)
-
-
-def _rigid_body(arrays: Mapping[str, Array]) -> Given:
-    if "qpos" in arrays:
-        x, q = numpy.hsplit(arrays["qpos"], [3])
-        v, w = numpy.hsplit(arrays["qvel"], [3])
-        return Given(arrays["t"], q.T, w.T, v.T, x.T)
-    q, v, w = (arrays[name].T for name in _STATE)
-    return Given(arrays["t"], q, w, v, arrays["position"].T if "position" in arrays else None)
-
-
-def _convention(engine: str) -> Convention:
     name, colon, origin = engine.partition(":")
-    if name not in CONVENTIONS or (colon and origin not in (CENTRE_OF_SPHERE, CENTRE_OF_MASS)):
+    if name not in CONVENTIONS or (colon and origin not in ("centre", "cm")):
         raise InputError(
             f"--from: got {engine[:60]!r}, expected one of: {', '.join(CONVENTIONS)}, or one of "
-            f"them with :{CENTRE_OF_SPHERE} or :{CENTRE_OF_MASS} behind it"
+            "them with :centre or :cm behind it"
         )
     convention = CONVENTIONS[name]
     return replace(convention, point=origin, place=origin) if origin else convention
 
 
-def _arrays(source: RowSource, widths: Mapping[str, int], scalar_first: bool) -> dict[str, Array]:
-    """Return the times (rows,) and arrays (rows, width) of a source.
+def other_engines(engine: str) -> dict[str, Convention]:
+    """Return the other conventions of arrays with the same names, each by its option."""
+    own, arrays = convention_of(engine), engine.startswith("mujoco")
+    names = [name for name in CONVENTIONS if (name == "mujoco") == arrays]
+    names += [f"{name}:{origin}" for name in names for origin in ("centre", "cm")]
+    first: dict[Convention, str] = {}
+    for name in names:
+        first.setdefault(convention_of(name), f"--from {name}")
+    return {option: one for one, option in first.items() if one != own}
 
-    An array stands under its own name, or as columns (``_columns_of``).
+
+def engine_table(source: object, engine: str, rename: Mapping[str, str]) -> Source:
+    """Return an engine's arrays as rigid-body columns, still in the engine's convention.
+
+    Raises ``InputError``: there is no such engine, or an array is absent or has another shape.
     """
-    every = {**widths, "position": 3}
-    names = {name: _columns_of(source, name, width) for name, width in every.items()}
-    if "t" not in source.names:
-        raise InputError(f"{source.where}: no array t or time among {listed(source.names)}")
-    rows = source.load(["t", *(one for columns in names.values() for one in columns)]).values
-    arrays = {"t": rows["t"]}
-    for name, columns in names.items():
-        if columns:
-            if scalar_first and columns == _COMPONENTS["quaternion"]:
-                columns = (columns[3], *columns[:3])
-            arrays[name] = numpy.column_stack([rows[column] for column in columns])
-        elif isinstance(source, ColumnSource) and name in source.names:
-            arrays[name] = _matrix(source, name, (len(rows["t"]), every[name]))
-        elif name in widths:
+    convention, table = convention_of(engine), open_table(source, rename)
+    if "t" not in table.names:
+        raise InputError(f"{table.where}: no array t or time among {listed(table.names)}")
+    columns = table.load(["t"])
+    rows = len(columns["t"])
+    for name, (ours, theirs) in (MUJOCO if engine.startswith("mujoco") else ARRAYS).items():
+        array = _array(table, name, theirs, rows, len(ours))
+        if array is not None:
+            # letters say the order of a quaternion, whatever the engine's
+            if theirs == QUATERNION and {*theirs} <= {*table.names}:
+                array = numpy.roll(array, -1 if convention.order == "scalar last" else 0, axis=0)
+            columns |= dict(zip(ours, array, strict=True))
+        elif name != "position":
+            forms = [f"an array of shape ({rows}, {len(ours)})", f"columns {name}0 ..."]
+            forms += [" ".join(theirs)] if theirs else []
             raise InputError(
-                f"{source.where}: no {name} among {listed(source.names)}; expected an array of "
-                f"shape ({len(rows['t'])}, {widths[name]}), or columns {_columns_in_words(name)}"
+                f"{table.where}: no {name} among {listed(table.names)}; expected "
+                f"{', or '.join(forms)}"
             )
-    return arrays
+    return Source(table.where, columns, {}, columns.__getitem__)
 
 
-def _columns_of(source: RowSource, name: str, width: int) -> tuple[str, ...]:
-    """Return the columns of an array, such as qpos0, qpos_0 or qx, in order; () if there are none.
-
-    The components of a quaternion are those of ``_COMPONENTS``.
-    """
-    numbered = (tuple(f"{name}{mark}{n}" for n in range(width)) for mark in ("", "_"))
-    forms = (*numbered, _COMPONENTS.get(name, ()))
-    return next((form for form in forms if form and {*form} <= {*source.names}), ())
-
-
-def _columns_in_words(name: str) -> str:
-    width = {**_MUJOCO, **_STATE}[name]
-    words = f"{name}0 to {name}{width - 1}"
-    return f"{words}, or {' '.join(_COMPONENTS[name])}" if name in _COMPONENTS else words
-
-
-def _matrix(source: ColumnSource, name: str, shape: tuple[int, int]) -> Array:
-    try:
-        array = numpy.asarray(source.column(name), dtype=float)
-    except InputError:
-        raise
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{source.where}: {name}: {error}; expected numbers") from None
-    if array.shape == shape[::-1] != shape:  # MATLAB writes the other way round
-        array = array.T
-    if array.shape != shape:
+def _array(
+    table: Source, name: str, theirs: tuple[str, ...], rows: int, width: int
+) -> Array | None:
+    """Return an array (width, rows), from numbered or named columns or from a matrix."""
+    for names in (*([f"{name}{mark}{i}" for i in range(width)] for mark in ("", "_")), theirs):
+        if names and {*names} <= {*table.names}:
+            return numpy.array([*table.load(names).values()])
+    matrix = numpy.asarray(table.texts([name])[name]) if name in table.names else numpy.empty(0)
+    if matrix.ndim != 2:
+        return None
+    if matrix.shape not in ((rows, width), (width, rows)) or matrix.dtype.kind not in "fiu":
         raise InputError(
-            f"{source.where}: {name}: got shape {array.shape}, expected shape {shape} (in CSV "
-            f"columns {name}0 to {name}{shape[1] - 1})"
+            f"{table.where}: {name}: got shape {matrix.shape} of {matrix.dtype}, expected numbers "
+            f"of shape {(rows, width)}"
         )
-    return array
+    columns = matrix.T if matrix.shape == (rows, width) else matrix  # MATLAB transposes
+    return columns.astype(float)

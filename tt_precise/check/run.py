@@ -5,58 +5,48 @@ from __future__ import annotations
 import inspect
 import itertools
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
-from dataclasses import dataclass, replace
-from functools import partial, wraps
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, ParamSpec
+from typing import Any
 
 import numpy
 
-from tt_precise.check.agreement import agreement
-from tt_precise.check.checks import checks_of, chosen_limits, finite
-from tt_precise.check.columns import (
-    TRACK,
-    Block,
-    CheckSetup,
-    Columns,
-    Samples,
-    choose_set,
-    recognised_columns,
+from tt_precise.check.checks import (
+    DEFAULT_LIMITS,
+    chosen_limits,
+    finite,
+    judge,
+    position_rounding,
 )
-from tt_precise.check.conventions import AXES, OURS, WORLDS, Convention, Given, convert
-from tt_precise.check.golden import (
-    Compared,
-    Position,
-    Wanted,
+from tt_precise.check.columns import QUATERNION, TRACK, choose_set, require_whole
+from tt_precise.check.conventions import AXES, OURS, WORLDS, Convention, convert
+from tt_precise.check.engine_states import convention_of, engine_table, other_engines
+from tt_precise.check.result import Cause, Result
+from tt_precise.check.rows import Assumptions, Rows
+from tt_precise.check.solution import (
+    DECIDING,
+    Demand,
+    agreement,
     decide_alone,
     decides,
-    distance_from_solution,
-    no_solution,
-    rotate_about_z,
+    distance,
+    find_start,
 )
-from tt_precise.check.precision import described, times_of
-from tt_precise.check.result import Cause, Result, shortened
-from tt_precise.check.sources import NotFinite, RowSource, UsableRows, open_source, usable_rows
-from tt_precise.check.start import Begin, look_for_start, rounding
+from tt_precise.check.sources import FileRows, Source, open_table, read_rows
 from tt_precise.golden.solution import TrueSolution
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
-from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.terminal import Progress, one_line, silent
-from tt_precise.runtime.values import Array, Check, InputError, Verdict, listed, require_name
+from tt_precise.runtime.values import Check, InputError, listed, require_name
 from tt_precise.scene.scene import Scene, load_scene
 
-P = ParamSpec("P")
-MEANING = "every column holds finite numbers, except Euler angles where they are undefined"
-OPTIONS_OF_COMMAND = "columns|limit|until|digits|from|allow|world|axis|friction|start"
-WITH_VALUE = re.compile(rf"--({OPTIONS_OF_COMMAND}) ([^\s,;:()]+)")
-ALONE = re.compile(rf"--({OPTIONS_OF_COMMAND})\b")
+OF_FILE = ("finite", "start", "agreement", "golden")  # checks that are not made row by row
+FULL = 1e-12  # relative rounding below which numbers are as good as doubles
 
 
-def examine(
+def conservation(
     trajectory: object,
     scene: str | Path | Scene,
     *,
@@ -116,10 +106,9 @@ def examine(
     InputError
         The trajectory cannot be used; one line gives the place and the reason.
     """
-    wanted = chosen_limits(limits or {})
-    allow = listed(allow)
+    chosen, allow = chosen_limits(limits or {}), listed(allow)
     for name in allow:
-        require_name("allow", name, (*wanted, *FURTHER))
+        require_name("allow", name, (*chosen, *OF_FILE))
     cutoff = math.inf if until is None else finite("until", until)
     if digits is not None and not 0 < finite("digits", digits) <= MOST_GOLDEN:
         raise InputError(
@@ -132,333 +121,168 @@ def examine(
                 f"digits: the solution has the scene's {option}; expected {option} scene"
             )
     scene = load_scene(scene)
-    convention, others = OURS, dict[str, Convention]()
-    if engine is not None:
-        from tt_precise.check.engine_states import conventions_of_engine, engine_source
-
-        trajectory = engine_source(trajectory, engine, columns or {})
-        convention, others = conventions_of_engine(engine)
-    convention = convention.in_world(world, axis)
-    alternatives = {
-        f"it is read with --from {name}": other.in_world(world, axis)
-        for name, other in others.items()
-    }
-    if (world, axis) != ("z-up", "z"):
-        for pair in itertools.product(WORLDS, AXES):
-            if pair != (world, axis):
-                alternatives[_with_options(*pair)] = convention.in_world(*pair)
+    own = convention_of(engine) if engine else OURS
+    convention = own.in_world(world, axis)
+    if engine:
+        table = engine_table(trajectory, engine, columns or {})
+    else:
+        table = open_table(trajectory, columns)
     # overflow and undefined values fail the check instead of giving a warning
-    with closing(open_source(trajectory, columns)) as table, numpy.errstate(all="ignore"):
-        setup = _setup(table, scene, friction, start)
-        file = _load(table, setup, convention, alternatives, cutoff, progress)
-        examination = _Examination(setup, file, wanted, digits, cutoff, allow)
-        return examination.result(TrueSolution(scene, folder, progress))
+    with numpy.errstate(all="ignore"):
+        assumed = _assumptions(table, scene, friction, start)
+        file_rows = read_rows(table, cutoff)
+        rows = Rows.of(assumed, file_rows.columns)
+        if convention != OURS:
+            if assumed.columns.name != "rigid body":
+                raise InputError(
+                    f"{table.where}: got {assumed.columns.name} columns, expected those of a rigid "
+                    "body with another world or axis"
+                )
+            rows = rows.changed(convert(rows.given, convention, rows.body))
+        options = _other_options(file_rows, engine, convention, (world, axis))
+        texts = table.texts if convention == OURS else None
+        examination = partial(_examine, rows, table, file_rows, chosen, digits, cutoff, allow)
+        return examination(TrueSolution(scene, folder, progress), options, texts)
 
 
-def _with_options(world: str, axis: str) -> str:
-    """Say with which options a file is read."""
-    options = [f"--world {world}"] * (world != "z-up") + [f"--axis {axis}"] * (axis != "z")
-    said = f"with {' '.join(options)}" if options else "without --world, --axis"
-    return f"it is read {said}"
-
-
-def in_python(text: str) -> str:
-    """Return a message with the options of the command line as arguments of ``conservation``."""
-    return ALONE.sub(lambda found: _name(found[1]), WITH_VALUE.sub(_argument, text))
-
-
-def _name(option: str) -> str:
-    return {"from": "engine", "limit": "limits"}.get(option, option)
-
-
-def _argument(found: re.Match[str]) -> str:
-    name, value = found[1], found[2]
-    left, equals, right = value.partition("=")
-    if name == "columns" and equals:
-        return f'columns={{"{left}": "{right}"}}'
-    if name == "limit" and equals:
-        return f'limits={{"{left}": {right}}}'
-    if name == "allow":
-        return f'allow=("{value}",)'
-    if name in ("until", "digits"):
-        return f"{name}={value}"
-    return f'{_name(name)}="{value}"'
-
-
-def _said_in_python(check: Callable[P, Result]) -> Callable[P, Result]:
-    """Return ``check`` whose messages name arguments where the command names its options."""
-
-    @wraps(check)
-    def call(*given: P.args, **options: P.kwargs) -> Result:
-        try:
-            result = check(*given, **options)
-        except InputError as error:
-            raise InputError(in_python(str(error))) from None
-        return replace(
-            result,
-            checks=tuple(replace(one, note=in_python(one.note)) for one in result.checks),
-            causes=tuple(Cause(cause.kind, in_python(cause.text)) for cause in result.causes),
-            unseen=tuple(map(in_python, result.unseen)),
-        )
-
-    return call
-
-
-conservation = _said_in_python(examine)
-# errors of a call name the function by what stands in its ``__qualname__``
-conservation.__name__ = conservation.__qualname__ = examine.__qualname__ = "conservation"
+# assertions accept the options of ``conservation``; the command calls it by this name
 OPTIONS = inspect.signature(conservation).parameters
-# Checks that are not made row by row.
-FURTHER = ("finite", "start", "agreement", "golden")
+examine = conservation
 
 
-class _ReadTable(NamedTuple):
-    """A trajectory as read: origin, columns and rows."""
+def _assumptions(table: Source, scene: Scene, friction: str, start: str) -> Assumptions:
+    """Return the assumptions on a table.
 
-    where: str
-    alternatives: Mapping[str, Callable[[], Block]]
-    whole: Block
-    usable: UsableRows
-
-
-def _load(
-    table: RowSource,
-    setup: CheckSetup,
-    convention: Convention,
-    alternatives: Mapping[str, Convention],
-    cutoff: float,
-    progress: Progress,
-) -> _ReadTable:
-    height = setup.columns.height if setup.height_given else ()
-    names = ("t", *(n for n in (*setup.columns.names, *height) if n in table.names))
-    also = [name for name in recognised_columns(table.names) if name not in names]
-    whole = table.load(names, also, progress)
-    if convention != OURS and setup.columns.name != "rigid body":
-        raise InputError(
-            f"{table.where}: got {setup.columns.name} columns, expected those of a rigid body "
-            "with another world or axis"
-        )
-    usable = usable_rows(whole, names, table.where, cutoff)
-    rows = len(usable.block)
-    if rows < 2 and not usable.broken:
-        raise InputError(
-            f"{table.where}: got {'one row' if rows else 'no rows'}"
-            + (f" up to t = {cutoff:g} s" if cutoff < math.inf else "")
-            + ", expected a trajectory of at least two"
-        )
-
-    def in_convention(one: Convention, given: Columns) -> Columns:
-        return convert(Given.of_columns(given), one, setup.body).columns
-
-    block = usable.block
-    others = {
-        text: partial(block.converted, partial(in_convention, one))
-        for text, one in alternatives.items()
-    }
-    if convention != OURS:
-        usable = usable._replace(block=block.converted(partial(in_convention, convention)))
-    return _ReadTable(table.where, others, whole, usable)
-
-
-def finiteness(block: Block, also: Sequence[str], broken: NotFinite | None) -> Check:
-    """Count entries that are not finite in ``also``, and the row where the checks stop.
-
-    Euler angles are undefined where the axis is vertical; columns of a state break the rows.
+    Raises ``InputError``: it has only some of the columns of the velocity, or of the height.
     """
-    count, first, at = 0, "", None
-    vertical = _vertical(block)
-    for name in also:
-        wrong = numpy.flatnonzero(~numpy.isfinite(block.values[name]) & ~vertical)
-        count += len(wrong)
-        if len(wrong) and (at is None or block.values["t"][wrong[0]] < at):
-            row = int(wrong[0])
-            at = float(block.values["t"][row])
-            first = f"{name} = {block.values[name][row]} in {block.where(row)}"
-    if broken is not None:
-        count, first = count + 1, f"{broken}, where the checks stop"
-        at = broken.t if at is None else min(at, broken.t)
-    verdict: Verdict = "fail" if count else "pass"
-    return Check("finite", verdict, float(count), 0.0, at, first, MEANING, since=at)
-
-
-def _vertical(block: Block) -> Array:
-    tilt = [block.values[name] for name in ("kx", "ky") if name in block.values]
-    return numpy.all([x == 0 for x in tilt], axis=0) if tilt else numpy.zeros(len(block), bool)
-
-
-@dataclass
-class _Examination:
-    """The checks of one file, in the order of their dependence."""
-
-    setup: CheckSetup
-    file: _ReadTable
-    limits: Mapping[str, float]
-    digits: float | None
-    cutoff: float
-    allow: Sequence[str]
-
-    def result(self, solution: TrueSolution) -> Result:
-        """Return all findings and the verdict."""
-        block, setup = self.file.usable.block, self.setup
-        also = [n for n in block.values if n not in ("t", *setup.columns.names)]
-        findings = [finiteness(block, also, self.file.usable.broken)]
-        unseen: tuple[str, ...] = ()
-        causes: tuple[Cause, ...] = ()
-        written = ""
-        if len(block) < 2:
-            reason = f"fewer than two rows before {self.file.usable.broken}"
-            missed = [*(check.name for check in checks_of(setup.scene)), *FURTHER[1:]]
-            findings += [Check(name, "skipped", note=reason) for name in missed]
-        else:
-            rows = setup.samples(block)
-            found, written = self.judge(rows), _written(self.file.whole.values["t"], rows)
-            findings += found
-            findings += self._against_solution(rows, found, solution)
-            unseen = self._unseen(findings)
-            # a number that is not finite is named by its check
-            failed = {one.name for one in findings if one.verdict == "fail"} - {"finite"}
-            if unseen or failed:
-                from tt_precise.check.explain import explain  # a file that passes needs none
-
-                alternatives, true = self.file.alternatives, self._true_rows(solution)
-                causes = tuple(explain(rows, findings, self.judge, alternatives, true))
-                findings = [_by_cause(one, causes) for one in findings]
-        t_first = self.file.usable.t_first
-        return Result(
-            trajectory=self.file.where,
-            scene=setup.scene.name,
-            columns=setup.columns.name,
-            rows=len(block),
-            t_first=t_first,
-            t_last=t_first + float(block.values["t"][-1]) if len(block) else t_first,
-            checks=tuple(findings),
-            unseen=unseen,
-            causes=causes,
-            written=written,
-        )
-
-    def judge(self, rows: Samples) -> list[Check]:
-        """Return the results of the checks that are made row by row."""
-        limits = self.limits
-        return [check.result(rows, limits[check.name]) for check in checks_of(rows.setup.scene)]
-
-    def _against_solution(
-        self, rows: Samples, found: Sequence[Check], solution: TrueSolution
-    ) -> list[Check]:
-        """Return the checks of the start, of the columns' agreement, and of the solution."""
-        setup, t_first = self.setup, self.file.usable.t_first
-        by_name = {finding.name: finding for finding in found}
-        followed: frozenset[str] = frozenset()
-        if by_name["kinematics"].verdict == "pass":
-            followed = rows.shared.get("extra columns", followed)
-        if all(finding.verdict != "fail" for finding in found):
-            rows.forget()  # what remains to be done needs the memory
-        self._begin = begin = look_for_start(rows, t_first, solution.vectors)
-        further = {*TRACK} & {*rows.given} - {*setup.columns.names}
-        compared = self._compare(rows, begin, solution, frozenset(further - followed))
-        golden = compared.finding
-        if by_name["equations"].verdict in ("open", "skipped") and setup.friction == "scene":
-            golden = decide_alone(golden, rounding(rows) + rows.blur)
-        return [begin.finding, agreement(rows, followed | compared.columns), golden]
-
-    def _true_rows(self, solution: TrueSolution) -> Callable[[Array], Array | None]:
-        """Return the solution at times (s) from the first row on, as vectors in the file's axes."""
-        t_first, until = self.file.usable.t_first, float(self.setup.scene.until)
-        begin, time = self._begin, self._begin.time
-        if time is None:
-            time = t_first if 0 <= t_first <= until else 0.0
-
-        def true(t: Array) -> Array | None:
-            found = solution.vectors(t + time)
-            if found is None:
-                return None
-            columns = dict(zip(NewtonState._fields, found, strict=True))
-            return numpy.array([*rotate_about_z(columns, -begin.turn).values()])
-
-        return true
-
-    def _compare(
-        self, rows: Samples, begin: Begin, solution: TrueSolution, further: frozenset[str]
-    ) -> Compared:
-        setup, t_first = self.setup, self.file.usable.t_first
-        if setup.friction == "other":
-            return no_solution("the scene's solution has the scene's own friction")
-        if begin.finding.verdict == "skipped":
-            return no_solution("the scene's solution has the scene's own start")
-        time = begin.time
-        if time is None:
-            if not 0 <= t_first <= float(setup.scene.until):
-                return no_solution("the first row is no state of the solution")
-            time = t_first
-        ended = f"the rows end at {self.file.usable.broken}" if self.file.usable.broken else ""
-        position = Position(time, begin.turn, whole=t_first == time == 0)
-        wanted = Wanted(self.digits, self.cutoff - t_first, ended, further)
-        return distance_from_solution(rows, self.file.usable.block, position, solution, wanted)
-
-    def _unseen(self, findings: Sequence[Check]) -> tuple[str, ...]:
-        """The deciding checks that could not be made, in words."""
-        by_name = {finding.name: finding for finding in findings}
-
-        def seen(*names: str) -> bool:
-            return any(name in self.allow or by_name[name].verdict == "pass" for name in names)
-
-        def why(*names: str) -> str:
-            reasons = (f"{name}: {shortened(by_name[name].note)}" for name in names)
-            return ", ".join(reasons)
-
-        unseen = []
-        if self.setup.friction == "scene":
-            decided = seen("equations") or decides(by_name["golden"]) or "golden" in self.allow
-            if not decided:
-                unseen.append(f"the equations of motion ({why('equations', 'golden')})")
-        else:
-            for name, what in (
-                ("kinematics", "the attitude"),
-                ("contact_momentum", "the momentum"),
-            ):
-                if not seen(name):
-                    unseen.append(f"{what} ({why(name)})")
-        for name, what in (("start", "the start"), ("agreement", "all columns")):
-            if by_name[name].verdict == "open" and name not in self.allow:
-                unseen.append(f"{what} ({by_name[name].note})")
-        return tuple(unseen)
-
-
-def _by_cause(finding: Check, causes: Sequence[Cause]) -> Check:
-    """Return an open check of the attitude as a failure where another convention resolves it."""
-    if finding.name != "kinematics" or finding.verdict != "open":
-        return finding
-    named = [cause.text for cause in causes if cause.kind == "convention"]
-    if not named or ", or " in named[0]:  # one of several: which is not seen
-        return finding
-    note = f"the rows follow from each other if {named[0]}"
-    return replace(finding, verdict="fail", value=None, at=None, since=0.0, note=note, curve=None)
-
-
-def _written(t: Array, rows: Samples) -> str:
-    """Name the columns with fewer digits than doubles, and times that are not even for that."""
-    clock = times_of(t)
-    found = {name: one for name, one in rows.precisions.items() if name != "t"}
-    texts = [f"t: {clock.words}" if clock.words else "", described(found)]
-    return "; ".join(filter(None, texts))
-
-
-def _setup(table: RowSource, scene: Scene, friction: str, start: str) -> CheckSetup:
     chosen = choose_set(table.names, table.where)
-    velocity = _all_or_none(table, chosen.velocity, "velocity")
-    height = scene.lifts and velocity and _all_or_none(table, chosen.height, "height and its rate")
-    return CheckSetup(scene, chosen, velocity, friction, height, start=start)
+    velocity = require_whole(table.names, chosen.velocity, "velocity", table.where)
+    if scene.lifts and velocity:
+        require_whole(table.names, chosen.height, "height and its rate", table.where)
+    return Assumptions(scene, chosen, friction, start)
 
 
-def _all_or_none(table: RowSource, wanted: Sequence[str], what: str) -> bool:
-    given = [name for name in wanted if name in table.names]
-    missing = [name for name in wanted if name not in given]
-    if given and missing:
-        raise InputError(
-            f"{table.where}: has {', '.join(given)} but not {', '.join(missing)}, "
-            f"expected all of the {what} or none"
+def _other_options(
+    file_rows: FileRows, engine: str | None, convention: Convention, world: tuple[str, str]
+) -> dict[str, Callable[[Rows], Rows]]:
+    """Return how the file would be read with other options, by their text."""
+    conventions: dict[str, Convention] = {}
+    if engine:
+        conventions = {f"with --from {name.removeprefix('--from ')}": other.in_world(*world)
+                       for name, other in other_engines(engine).items()}  # fmt: skip
+    if world != ("z-up", "z"):
+        for pair in itertools.product(WORLDS, AXES):
+            names = [f"--world {pair[0]}"] * (pair[0] != "z-up")
+            names += [f"--axis {pair[1]}"] * (pair[1] != "z")
+            text = f"with {' '.join(names)}" if names else "without --world, --axis"
+            if pair != world:
+                conventions[text] = convention.in_world(*pair)
+
+    def change(rows: Rows, other: Convention) -> Rows:
+        given = {name: values[: len(rows.t)] for name, values in file_rows.columns.items()}
+        return rows.changed(convert(given, other, rows.body))
+
+    return {text: partial(change, other=other) for text, other in conventions.items()}
+
+
+def _examine(
+    rows: Rows, table: Source, file_rows: FileRows, limits: Mapping[str, float],
+    digits: float | None, cutoff: float, allow: Sequence[str], solution: TrueSolution,
+    options: Mapping[str, Callable[[Rows], Rows]], texts: Any,
+) -> Result:  # fmt: skip
+    """Return the results of all checks, the verdict, and the causes of failures."""
+    checks, t_first, assumed = [file_rows.finite], file_rows.t_first, rows.assumed
+    unseen, causes, powers = list[str](), list[Cause](), dict[str, float]()
+    if len(rows.t) < 2:
+        note = "fewer than two finite rows"
+        checks += [Check(name, "skipped", note=note) for name in (*DEFAULT_LIMITS, *OF_FILE[1:])]
+    else:
+        by_name = {check.name: check for check in judge(rows, limits)}
+        if all(check.verdict != "fail" for check in by_name.values()):
+            rows.cache.clear()  # the comparison with the solution needs the memory
+        begin = find_start(rows, t_first, solution)
+        broken = (
+            "" if file_rows.finite.verdict == "pass" else f"the rows end: {file_rows.finite.note}"
         )
-    return bool(given)
+        demand = Demand(digits, cutoff - t_first, broken)
+        golden = distance(rows, texts, begin, t_first, demand, solution)
+        if by_name["equations"].verdict in ("open", "skipped") and assumed.friction == "scene":
+            written = 4 * max(rows.rounding, position_rounding(rows)) + rows.time_rounding
+            golden = decide_alone(golden, written)
+        followed = _columns_followed(rows, by_name["kinematics"], golden)
+        checks += [by_name[name] for name in DEFAULT_LIMITS if name in by_name]
+        checks += [begin.check, agreement(rows, followed), golden]
+        unseen = _unseen({check.name: check for check in checks}, assumed, allow)
+        failed = {check.name for check in checks if check.verdict == "fail"} - {"finite"}
+        if unseen or failed:
+            from tt_precise.check.causes import explain  # a file that passes needs none
+
+            def repeat(other: Rows) -> Iterator[Check]:
+                if begin.check.verdict == "fail":
+                    yield find_start(other, t_first, solution).check
+                yield from judge(other, limits)
+
+            causes = explain(rows, checks, repeat, options)
+            checks = [_by_cause(check, causes) for check in checks]
+        else:
+            from tt_precise.check.causes import power
+
+            powers = power(rows, limits)
+    digits_written = ""
+    if len(rows.t) > 1 and rows.rounding > FULL:
+        digits_written = f"some {-math.log10(rows.rounding):.0f} digits"
+    return Result(
+        table.where, assumed.scene.name, assumed.columns.name, len(rows.t), t_first,
+        t_first + (float(rows.t[-1]) if len(rows.t) else 0.0), tuple(checks), tuple(unseen),
+        tuple(causes), digits_written, powers,
+    )  # fmt: skip
+
+
+def _columns_followed(rows: Rows, kinematics: Check, golden: Check) -> set[str]:
+    """Return the columns beside the state that the attitude, or the solution, has looked at."""
+    followed = set()
+    if kinematics.verdict == "pass":
+        followed |= {"phi"} if rows.assumed.columns.azimuth else set()
+        followed |= {"psi", *QUATERNION} if rows.motion.q is not None else set()
+        x = rows.motion.x
+        moves = x is not None and rows.has_velocity and rows.assumed.columns.azimuth
+        followed |= {"x", "y", "z"} if moves else set()
+        followed |= {"z"} if x is not None and not rows.assumed.scene.lifts else set()
+    if golden.verdict == "pass":
+        followed |= {name for name in TRACK if golden.parts.get(name, 0.0) >= DECIDING}
+    return followed
+
+
+def _unseen(checks: Mapping[str, Check], assumed: Assumptions, allow: Sequence[str]) -> list[str]:
+    """Return the deciding checks that were not made, in words."""
+
+    def has_verdict(name: str) -> bool:
+        return name in allow or checks[name].verdict in ("pass", "fail")
+
+    def reasons(*names: str) -> str:
+        return ", ".join(f"{name}: {checks[name].note}" for name in names)
+
+    unseen = []
+    if assumed.friction == "scene":
+        if not (has_verdict("equations") or decides(checks["golden"]) or "golden" in allow):
+            unseen.append(f"the equations of motion ({reasons('equations', 'golden')})")
+    else:
+        for name, what in (("kinematics", "the attitude"), ("contact_momentum", "the momentum")):
+            if not has_verdict(name):
+                unseen.append(f"{what} ({reasons(name)})")
+    for name, what in (("start", "the start"), ("agreement", "all columns")):
+        if checks[name].verdict == "open" and name not in allow:
+            unseen.append(f"{what} ({checks[name].note})")
+    return unseen
+
+
+def _by_cause(check: Check, causes: Sequence[Cause]) -> Check:
+    """Return an open check of the attitude as a failure where another convention resolves it."""
+    named = [cause.text for cause in causes if cause.kind == "convention"]
+    if check.name != "kinematics" or check.verdict != "open" or not named:
+        return check
+    note = f"the rows follow from each other if {named[0]}"
+    return replace(check, verdict="fail", value=None, at=None, since=0.0, note=note, curve=None)
 
 
 def assert_conserves(
@@ -484,8 +308,8 @@ def assert_conserves(
     __tracebackhide__ = True
     demanded = {name: options.pop(name) for name in [*options] if name not in OPTIONS}
     result = conservation(trajectory, scene, limits={**(limits or {}), **demanded}, **options)
-    lines: list[str] = []
-    checks = {finding.name: finding for finding in result.checks}
+    checks = {check.name: check for check in result.checks}
+    lines = []
     for name in demanded:
         if name not in checks:
             lines.append(f"{name}: a limit was given, but the check is of flight only")
@@ -516,10 +340,10 @@ def assert_matches_golden(
         raise InputError("digits: got None, expected the number of correct digits wanted")
     result = conservation(trajectory, scene, digits=digits, **options)
     golden = result["golden"]
-    if golden.verdict != "pass":
+    if golden.verdict != "pass" or result["finite"].verdict != "pass":
         few = {name: correct for name, correct in golden.parts.items() if correct < digits}
-        listed = ", ".join(f"{name} {correct:.1f}" for name, correct in few.items())
-        lines = [*result.summary(), f"correct digits: {listed}"] if few else result.summary()
+        names = ", ".join(f"{name} {correct:.1f}" for name, correct in few.items())
+        lines = [*result.summary(), f"correct digits: {names}"] if few else result.summary()
         raise _failure([*lines, f"over time: {golden.history or 'nothing to compare'}"])
     return result
 

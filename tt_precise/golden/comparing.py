@@ -10,7 +10,7 @@ from typing import Any
 import numpy
 import pandas
 
-from tt_precise.golden.solution import Rows, TrueSolution
+from tt_precise.golden.solution import ComparedRows, TrueSolution
 from tt_precise.golden.store import Folder, read_whole
 from tt_precise.golden.table import as_decimal
 from tt_precise.mechanics.digits import RULE
@@ -72,7 +72,7 @@ def compare(frame: Any, scene: str | Path, *, folder: Folder = None) -> Comparis
     order = [row for row in numpy.argsort(t).tolist() if first <= t[row] <= BEYOND * last]
     if not order:
         raise InputError(f"t: got no golden time, expected times between {first:g} and {last:g} s")
-    rows = Rows(
+    rows = ComparedRows(
         t[order],
         {name: numbers[name][order] for name in names},
         lambda row, columns: [exact[name][order[row]] for name in columns],

@@ -47,7 +47,7 @@ REVOLUTION = Decimal("6.28318530717958647692528676655900576839433879875021164194
 Columns = Mapping[str, Sequence[str] | Array]  # decimals, "" where undefined, or doubles
 
 
-class Rows(NamedTuple):
+class ComparedRows(NamedTuple):
     """Rows to compare: times (s), strictly increasing, columns in double, and exact numbers.
 
     ``exactly(row, names)`` gives the original numbers of a row, ``exact_time(row)`` its time;
@@ -145,7 +145,7 @@ class TrueSolution:
         return numpy.array([columns[name] for name in NewtonState._fields], float)
 
     def distance(
-        self, rows: Rows, digits: float | None = None, needs: frozenset[str] = frozenset()
+        self, rows: ComparedRows, digits: float | None = None, needs: frozenset[str] = frozenset()
     ) -> Distance:
         """Measure rows against the solution, integrated to ``digits`` if given.
 
@@ -190,7 +190,9 @@ class TrueSolution:
         self._runs[float(until), digits, record] = run
         return run
 
-    def _from_integration(self, rows: Rows, digits: float | None, agreeing: float) -> Distance:
+    def _from_integration(
+        self, rows: ComparedRows, digits: float | None, agreeing: float
+    ) -> Distance:
         good = _usual_digits(len(rows.t)) if digits is None else digits
         record = tuple(name for name in ("phi", "psi", "x", "y") if name in rows.values)
         # an end that the rows know a little too early is an end
@@ -280,14 +282,14 @@ def _doubles(cells: Sequence[Any] | Array) -> Array:
     return numpy.array([cell or "nan" for cell in cells] if decimals else cells, dtype=float)
 
 
-def _unmeasured(rows: Rows, names: Sequence[str], how: str, last: float) -> Distance:
+def _unmeasured(rows: ComparedRows, names: Sequence[str], how: str, last: float) -> Distance:
     nothing = numpy.full(len(rows.t), numpy.nan)
     errors = {name: nothing.copy() for name in rows.values if name in names}
     return Distance(rows.t, errors, numpy.zeros(len(rows.t), bool), how, last)
 
 
 def _measure(
-    distance: Distance, part: Array, scene: Scene, true: Columns, rows: Rows, floor: float
+    distance: Distance, part: Array, scene: Scene, true: Columns, rows: ComparedRows, floor: float
 ) -> None:
     """Measure the rows ``part`` into ``distance``, with errors of at least ``floor``."""
     exactly, decimals = rows.exactly, not any(isinstance(x, numpy.ndarray) for x in true.values())
