@@ -1,15 +1,14 @@
-"""Guesses: good polynomials, weights and flows; lengths that follow the costs of the steps."""
+"""Guesses: good polynomials, and lengths that follow the costs of the steps."""
 
 from typing import Any
 
 import flint
-import numpy
 import pytest
 from flint import arb, arb_poly
 
 from tt_precise.certify import propose
 from tt_precise.certify.balls import NotProved
-from tt_precise.certify.models import Frame, KernelEquations, Rates
+from tt_precise.certify.models import KernelEquations, Rates
 from tt_precise.certify.propose import LONGER, MOST_FAILURES, Lengths
 
 EQUATIONS: Any = KernelEquations(Rates(lambda y: [y[0]], 1), 200, 40)
@@ -38,24 +37,6 @@ def test_taylor_polynomials_are_those_of_the_solution() -> None:
                 assert all(abs(c) * size**n < 1e-55 for n, c in enumerate(difference))
             _, area = propose.taylor(KernelEquations(root, 200, 3), [arb(1), arb(0)], size)
             assert abs(area[3] + sixth) * size**3 < 1e-55  # (1 + 2 t)^(3/2)/3
-
-
-def test_weights_balance_the_rows_of_a_matrix() -> None:
-    band = [[arb(-1), arb(100)], [arb(1), arb(-1)]]
-    w = [float(x) for x in propose.weights(band)]
-    sums = [-1 + 100 * w[1] / w[0], -1 + 3.125 * w[0] / w[1]]  # 100/32 is the least entry
-    assert sums[0] == pytest.approx(sums[1])
-    assert propose.weights([[arb("nan")]]) == [arb(1)]
-    assert propose.weights([]) == []
-    assert all(x > 0.9 for x in propose.weights([[arb(0), arb(0)]] * 2))
-
-
-def test_the_flow_of_a_constant_matrix_is_its_exponential() -> None:
-    turn = [[arb_poly([0]), arb_poly([1])], [arb_poly([-1]), arb_poly([0])]]
-    flow = propose.flow(turn, Frame(arb(1), 10))
-    values = [[float(p(arb(1))) for p in row] for row in flow]
-    c, s = numpy.cos(1), numpy.sin(1)
-    assert numpy.allclose(values, [[c, s], [-s, c]], atol=1e-11, rtol=0)
 
 
 def test_a_step_ends_just_beyond_the_horizon() -> None:

@@ -15,21 +15,12 @@ from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify import NotProved, prove
 from tt_precise.certify.problem import problem_of
 from tt_precise.certify.start import Formal, FormalFunctions
-from tt_precise.integration.events import catalogue, event_named
+from tt_precise.integration.events import catalogue
 from tt_precise.mechanics.vectors import dot
 from tt_precise.scene.scene import Inclination, Scene
 
 FUNCTIONS = FormalFunctions()
 SINE, COSINE = FUNCTIONS.sin(None), FUNCTIONS.cos(None)
-
-
-def onset(scene: Scene, name: str) -> tuple[int, int]:
-    """Order and sign of an event's function."""
-    function = event_named(name, scene.model).function
-    with flint.ctx.workprec(200):
-        found = problem_of(scene).onset
-        order = found.order(function)
-        return order, found.sign(function, order)
 
 
 def test_the_field_of_sine_and_cosine() -> None:
@@ -65,12 +56,6 @@ def test_roots_of_rational_numbers() -> None:
 def test_what_vanishes_identically_is_no_event(name: str) -> None:
     scene = replace(tt.load_scene(name), until=Fraction(1, 50))
     assert prove(scene).observations.events["phi_dot_zero"] == []
-
-
-@pytest.mark.parametrize("name", ["regularised-1e-2", "coulomb-gliding", "stribeck"])
-def test_functions_with_other_friction_begin_with_order_0_or_1(name: str) -> None:
-    scene = tt.load_scene(name)
-    assert {onset(scene, event)[0] for event in catalogue(scene.model)} == {0, 1}
 
 
 @pytest.mark.parametrize("name", ["reference", "regularised-1e-2", "elastic-linear", "inverted"])

@@ -105,16 +105,6 @@ def test_what_is_not_proved(name: str, changes: dict[str, str], why: str) -> Non
         prove(tt.load_scene(name).varied(**changes))
 
 
-def test_a_flight_ends_where_the_top_comes_down() -> None:
-    scene = tt.load_scene("flight").varied(rise="-2")
-    proof, run = prove(scene), tt.integrate(scene, precision="quad")
-    assert run.status == "landed"
-    (landed,) = proof.observations.events["landed"]
-    assert landed.direction == -1
-    assert abs(landed.time - arb(str(run.t_end))) < 1e-28
-    assert landed.state["height"].contains(0)  # type: ignore[union-attr]
-
-
 @pytest.fixture(scope="module")
 def pressed() -> tt.Scene:
     return replace(tt.load_scene("elastic-linear"), until=Fraction(1, 25))

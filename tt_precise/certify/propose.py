@@ -48,9 +48,6 @@ def moving(rates: Rates, start: Sequence[arb], tube: arb) -> list[int]:
         free = more
 
 
-# ---- Taylor polynomials, in whole numbers -------------------------------------------------------
-
-
 def taylor(equations: KernelEquations, start: Sequence[arb], length: arb) -> list[arb_poly]:
     """Return the Taylor polynomials of the solution through ``start``.
 
@@ -128,8 +125,6 @@ RULES: dict[Callable[..., Any], Callable[..., mpz]] = {
     Balls.sqrt: _root,
     Balls.exp: _exponential,
 }
-
-# ---- weights, flow and basis, in doubles --------------------------------------------------------
 
 
 def weights(band: Sequence[Sequence[arb]]) -> list[arb]:
