@@ -278,7 +278,7 @@ def a_component_that_stays_zero_is_exact(trusted: Any) -> None:
     assert one.states.free == [1]
     begin = [arb(2) ** -90, arb(1)]
     with pytest.raises(NotProved, match="stay zero"):
-        trusted.kernel.advance(one.equations, one.states, arb(0.5), begin)
+        trusted.kernel.advance(one.rates, one.states, arb(0.5), begin)
 
 
 @control

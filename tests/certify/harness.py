@@ -98,8 +98,8 @@ class Enclosing:
     ):
         self.trusted, self.guesses = trusted, guesses
         models, kernel = trusted.models, trusted.kernel
-        self.equations = models.KernelEquations(models.Rates(rates, len(start)), BITS, order)
-        self.states = kernel.StateSet.of(self.equations, arb(0), [arb(x) for x in start])
+        self.rates = models.Rates(rates, len(start), BITS, order)
+        self.states = kernel.StateSet.of(self.rates, arb(0), [arb(x) for x in start])
         self.step: Any = None
 
     def on(self, length: Any, shift: Any = 0) -> None:
@@ -115,7 +115,7 @@ class Enclosing:
         before = {name: getattr(propose, name) for name in self.guesses}
         vars(propose).update(self.guesses)
         try:
-            self.step = self.trusted.kernel.advance(self.equations, self.states, arb(length), begin)
+            self.step = self.trusted.kernel.advance(self.rates, self.states, arb(length), begin)
         finally:
             vars(propose).update(before)
         self.states = self.step.after

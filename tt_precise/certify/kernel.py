@@ -56,7 +56,7 @@ from flint import arb, arb_mat, arb_poly
 
 from tt_precise.certify import propose
 from tt_precise.certify.balls import NotProved, largest
-from tt_precise.certify.models import Frame, KernelEquations, Rates, TaylorModel, polynomial
+from tt_precise.certify.models import Frame, Rates, TaylorModel, polynomial
 
 GUARD = 40  # Bits of the balls beyond those of the polynomials.
 # Degree and bits of the models that bound derivatives: 17 digits are more than q needs.
@@ -78,14 +78,14 @@ class StateSet:
     box: arb_mat
 
     @classmethod
-    def of(cls, equations: KernelEquations, time: arb, state: Sequence[arb]) -> StateSet:
+    def of(cls, rates: Rates, time: arb, state: Sequence[arb]) -> StateSet:
         """Return the states in a box of balls.
 
         Raises ``NotProved``: one of them is not finite.
         """
         if not all(x.is_finite() for x in state):
             raise NotProved("balls", "the start is not finite")
-        free = propose.moving(equations.rates, state, arb(0, TUBE))
+        free = propose.moving(rates, state, arb(0, TUBE))
         n = len(free)
         return cls(time, list(state), free, _unit(n), arb_mat(n, 1, [arb(0)] * n))
 
@@ -104,7 +104,7 @@ class Step:
     error q G of the flow and the growth exp(a S): they suggest the length of the next step.
     """
 
-    equations: KernelEquations
+    rates: Rates
     time: arb
     length: arb
     p: list[arb_poly]
@@ -135,12 +135,12 @@ class Step:
     @cached_property
     def sharp(self) -> list[TaylorModel]:
         """Models of y that are as good as the enclosure is, at many times the price of ``tube``."""
-        frame = Frame(self.length, self.equations.order)
+        frame = Frame(self.length, self.rates.order)
         return _widened([TaylorModel(p, frame) for p in self.p], self.bounds)
 
 
 def advance(
-    equations: KernelEquations,
+    rates: Rates,
     states: StateSet,
     length: arb,
     start: Sequence[arb] | None = None,
@@ -153,13 +153,13 @@ def advance(
     """
     if not (length > 0 and length.is_exact()):
         raise NotProved("S1", "a step has no exact, positive length")
-    rates, free, n = equations.rates, states.free, len(states.free)
-    p = _exact(propose.taylor(equations, start or states.state, length))
+    free, n = states.free, len(states.free)
+    p = _exact(propose.taylor(rates, start or states.state, length))
     # to where the polynomials begin, which is not quite the start
     gaps = [states.middle[i] - p[i](arb(0)) for i in free]
     box = states.box + states.basis.inv() * arb_mat(n, 1, gaps)
     e0 = list((states.basis * box).entries())
-    frame, low = Frame(length, equations.order), Frame(length, LOW)
+    frame, low = Frame(length, rates.order), Frame(length, LOW)
     f = rates([TaylorModel(x, frame) for x in p])
     defects = [(polynomial(f[i]) - p[i].derivative())(frame.interval) for i in free]
     with flint.ctx.workprec(LOW_BITS):
@@ -193,7 +193,7 @@ def advance(
     added = arb_mat(n, 1, [arb(0, (d * gain * weight).upper()) for weight in w])
     box = (back * image) * box + back * added
     return Step(
-        equations,
+        rates,
         states.time,
         length,
         p,

@@ -12,7 +12,6 @@ and ``Rates`` refuses a constant that is not finite.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partialmethod
 from operator import add, call, mul, neg
 from typing import NamedTuple
@@ -66,10 +65,19 @@ class Operation(Field):
 class Rates:
     """A function of the ``size`` components of a state, as a list of operations.
 
+    ``bits`` and ``order`` are those of polynomials near the solutions of y' = f(y).
+
     Raises ``NotProved``: a constant in it is not finite.
     """
 
-    def __init__(self, function: Callable[[Sequence[Scalar]], Sequence[Scalar]], size: int):
+    def __init__(
+        self,
+        function: Callable[[Sequence[Scalar]], Sequence[Scalar]],
+        size: int,
+        bits: int = 0,
+        order: int = 0,
+    ):
+        self.bits, self.order = bits, order
         operations: dict[Scalar, Operation] = {}
         self.components = [Operation(operations) for _ in range(size)]
         self.results = function(self.components)
@@ -129,15 +137,6 @@ def differential(operation: Callable[..., Scalar], *operands: Differential) -> D
             change = slope if factor == 1 else slope * factor
             slopes[j] = slopes[j] + change if j in slopes else change
     return Differential(result, slopes)
-
-
-@dataclass(frozen=True)
-class KernelEquations:
-    """y' = ``rates``(y), the precision and the order of the polynomials that follow it."""
-
-    rates: Rates
-    bits: int
-    order: int
 
 
 class PowerSeries(Field):

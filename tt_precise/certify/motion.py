@@ -17,7 +17,7 @@ from flint import arb, arb_poly
 
 from tt_precise.certify.balls import NotProved, require_outward_rounding
 from tt_precise.certify.kernel import LOW_BITS, StateSet, Step, advance
-from tt_precise.certify.models import KernelEquations, Rates
+from tt_precise.certify.models import Rates
 from tt_precise.certify.problem import Problem, ProblemPhase
 from tt_precise.certify.propose import Lengths
 from tt_precise.certify.start import Function
@@ -152,10 +152,9 @@ class _Walk:
         if phase.positive and not phase.function(phase.motion(state)) > 0:
             what = f"the motion is not proved to begin before {phase.ends}"
             raise NotProved("contact", what)
-        rates = Rates(phase.rates, len(state))
-        self.equations = KernelEquations(rates, self.bits, self.order)
-        self.states = StateSet.of(self.equations, time, state)
-        self.lengths = Lengths(self.equations)
+        self.rates = Rates(phase.rates, len(state), self.bits, self.order)
+        self.states = StateSet.of(self.rates, time, state)
+        self.lengths = Lengths(self.rates)
         self.entered = True
 
     def through(self) -> Enclosure:
@@ -163,7 +162,7 @@ class _Walk:
         while self.enclosure.end is None and not self.states.time > until:
             length = self.lengths.next(float(until - self.states.time))
             try:
-                step = advance(self.equations, self.states, length)
+                step = advance(self.rates, self.states, length)
                 if not self.lengths.accepts(length, step.costs):
                     continue
                 ended = self._happened(step)

@@ -17,7 +17,7 @@ from flint import arb, arb_mat, arb_poly, fmpz
 from gmpy2 import isqrt, mpz
 
 from tt_precise.certify.balls import Balls, NotProved
-from tt_precise.certify.models import Frame, KernelEquations, Operation, Rates, inverse
+from tt_precise.certify.models import Frame, Operation, Rates, inverse
 
 FINER = 8  # Bits of the polynomials beyond those that are asked for.
 TERMS = 80  # The flow's polynomial has at most so many; strong damping makes them large at first.
@@ -48,14 +48,13 @@ def moving(rates: Rates, start: Sequence[arb], tube: arb) -> list[int]:
         free = more
 
 
-def taylor(equations: KernelEquations, start: Sequence[arb], length: arb) -> list[arb_poly]:
+def taylor(rates: Rates, start: Sequence[arb], length: arb) -> list[arb_poly]:
     """Return the Taylor polynomials of the solution through ``start``.
 
     Coefficients are whole numbers in units of 2^-bits, and of the same size, as time is in units of
     a power of two in which the step is 1/2 to 1 long.
     """
-    rates, bits = equations.rates, equations.bits + FINER
-    mantissa, exponent = length.man_exp()
+    bits, (mantissa, exponent) = rates.bits + FINER, length.man_exp()
     power = int(exponent) + int(mantissa).bit_length()
     unit = mpz(1) << max(0, bits + power)
     series = {x: [_whole(y, bits)] for x, y in zip(rates.components, start, strict=True)}
@@ -71,12 +70,12 @@ def taylor(equations: KernelEquations, start: Sequence[arb], length: arb) -> lis
         for node in rates.operations
     ]
     slopes = [operand(x) for x in rates.results]
-    for n in range(equations.order):
+    for n in range(rates.order):
         for rule, coefficients, operands in steps:
             coefficients.append(rule(coefficients, n, bits, *operands))
         for x, slope in zip(rates.components, slopes, strict=True):
             series[x].append((slope[n] * unit >> bits) // (n + 1) if n < len(slope) else mpz(0))
-    scales = [arb(2) ** (-power * n - bits) for n in range(equations.order + 1)]
+    scales = [arb(2) ** (-power * n - bits) for n in range(rates.order + 1)]
     return [
         arb_poly([(arb(fmpz(int(c))) * y).mid() for c, y in zip(series[x], scales, strict=True)])
         for x in rates.components
@@ -175,8 +174,8 @@ def basis(image: arb_mat, box: arb_mat) -> arb_mat:
 class Lengths:
     """Lengths of steps, each from the costs of the step before."""
 
-    def __init__(self, equations: KernelEquations):
-        self.equations, self._length, self.failures = equations, FIRST, 0
+    def __init__(self, rates: Rates):
+        self.rates, self._length, self.failures = rates, FIRST, 0
         self._why: ArithmeticError = NotProved("time", "the solution may end here")
 
     def next(self, left: float) -> arb:
@@ -194,8 +193,8 @@ class Lengths:
     def accepts(self, length: arb, costs: Sequence[arb]) -> bool:
         """Choose the next length by the costs of a step; False if the step should be repeated."""
         defect, error, growth = (float(x) for x in costs)
-        order = self.equations.order
-        allowed = 2.0 ** (DEFECT_BITS - self.equations.bits) * order
+        order = self.rates.order
+        allowed = 2.0 ** (DEFECT_BITS - self.rates.bits) * order
         factor = min(
             LONGER,
             (allowed / max(defect, 1e-300)) ** (1 / order),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -44,14 +43,9 @@ class Proof:
     bits: int
     enclosure: Enclosure
 
-    @property
-    def precision(self) -> AbstractContextManager[Any]:
-        """The working precision of the enclosure."""
-        return flint.ctx.workprec(self.bits + GUARD)
-
     @cached_property
     def _start(self) -> InitialState:
-        with self.precision:
+        with flint.ctx.workprec(self.bits + GUARD):
             return InitialState.of(self.scene, BALLS)
 
     def state(self, seconds: str | int | Fraction) -> dict[str, arb | None]:
@@ -62,13 +56,13 @@ class Proof:
         time = exact(seconds, "t")
         if not 0 <= time <= self.scene.until:
             raise NotProved("time", f"t = {seconds} s is not enclosed")
-        with self.precision:
+        with flint.ctx.workprec(self.bits + GUARD):
             return self._columns(*self.enclosure.state(ball(time) / self._start.units.time))
 
     @cached_property
     def observations(self) -> Enclosed:
         """All samples and events, in SI."""
-        with self.precision:
+        with flint.ctx.workprec(self.bits + GUARD):
             samples = starmap(self._columns, self.enclosure.samples)
             rows = list(zip(self.scene.sample_times, samples, strict=False))
             events = {
@@ -97,10 +91,7 @@ class Proof:
 
     @cached_property
     def normal_force_bound(self) -> arb:
-        """A lower bound of g_n until the horizon, in units of m g.
-
-        The bound is close to the least value, which is zero if contact is lost.
-        """
+        """A lower bound of g_n until the horizon, in units of m g, close to the least value."""
         return self.enclosure.least(contact_force)
 
     @cached_property
@@ -113,7 +104,7 @@ class Proof:
         Raises ``NotProved``: an enclosure excludes conservation, so the proof is wrong.
         """
         bounds = {}
-        with self.precision:
+        with flint.ctx.workprec(self.bits + GUARD):
             motions = [phase.motion(state) for phase, state in self.enclosure.samples]
             for integral in conserved(self.scene.model, self._start.body):
                 scale = arb(integral.scale(motions[0]))
@@ -140,7 +131,7 @@ class Proof:
 
         def state(seconds: Fraction) -> Any:
             phase, components = states[seconds]
-            with self.precision:
+            with flint.ctx.workprec(self.bits + GUARD):
                 return phase.motion(components).state
 
         return forever(self.scene, times, state)
@@ -161,7 +152,7 @@ class Proof:
             for event in events[name]
         ]
         rows.sort(key=lambda row: float(row["t"]))
-        with self.precision:
+        with flint.ctx.workprec(self.bits + GUARD):
             _require_certainty(rows)
             names = ("name", "t", "direction", "theta", "phi_dot")
             table = {name: [row[name] for row in rows] for name in names}

@@ -54,7 +54,7 @@ class StepZeros:
     ):
         self.step, self.motion, self.order, self.is_sharp = step, motion, order, sharp
         models = step.sharp if sharp else step.tube
-        self.along = motion(solution(step.equations.rates, models))
+        self.along = motion(solution(step.rates, models))
 
     def of(self, function: Function, until: arb, double: Sequence[arb] = ()) -> list[Zero]:
         """Return all zeros after t = 0 of a function up to a time ``until``, in order.
@@ -86,8 +86,7 @@ class StepZeros:
 
     def _end(self, until: arb) -> arb:
         """Return the local time of the end of the search."""
-        local = (until - self.step.time).upper()
-        return local if local < self.step.length else self.step.length
+        return min((until - self.step.time).upper(), self.step.length)
 
     def _of(self, function: Function, until: arb, double: Sequence[arb]) -> list[Zero]:
         step, zeros, along = self.step, list[Zero](), function(self.along)
