@@ -86,7 +86,10 @@ class RunSummary(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_
         """Yield the lines of the text."""
         from tt_precise.exact.thresholds import IN_WORDS
 
-        times, errors = self.times, self.errors
+        def at(name: str) -> str:
+            time = self.times[name]
+            return "none" if time is None else f"{with_error(time, self.errors.get(name))} s"
+
         how = f"{self.tolerance}, {self.formulation}, {self.steps} steps"
         end = float(with_error(self.t_end))
         yield f"{self.scene}: {self.status} at t = {end} s ({self.precision}, tolerance {how})"
@@ -95,21 +98,16 @@ class RunSummary(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_
         for warning in self.warnings:
             yield f"  {'note' if warning.startswith('drift:') else 'WARNING'}: {warning}"
         yield f"  theorem: {IN_WORDS[self.theorem]}: {self.theorem_reason}"
-        passage = times["equator"] if self.equator == "passed" else self.t_end
-        at = with_error(passage, errors.get("equator"))
-        yield f"  equator: {EQUATORS[self.equator]} {at} s"
+        passage = at("equator") if self.equator == "passed" else f"{with_error(self.t_end)} s"
+        yield f"  equator: {EQUATORS[self.equator]} {passage}"
         yield f"  end: {ENDS[self.end]}: {self.end_reason}"
-        for name in "ABC" if "t_init_A" in times else "":
-            ends = (
-                "none" if times[key] is None else f"{with_error(times[key], errors.get(key))} s"
-                for key in (f"t_init_{name}", f"t_end_{name}")
-            )  # fmt: skip
-            yield f"  climb {name}: {' to '.join(ends)}"
+        for name in "ABC" if "t_init_A" in self.times else "":
+            yield f"  climb {name}: {at(f't_init_{name}')} to {at(f't_end_{name}')}"
         for name, force in self.forces.items():
-            at = with_error(times[f"t_{name}"], errors.get(f"t_{name}"))
-            yield f"  {name}: {with_error(force, errors.get(name), '.3g')} N, at {at} s"
-        if "contact_lost" in times:
-            yield f"  contact: lost at {with_error(times['contact_lost'])} s"
+            newton = with_error(force, self.errors.get(name), ".3g")
+            yield f"  {name}: {newton} N, at {at(f't_{name}')}"
+        if "contact_lost" in self.times:
+            yield f"  contact: lost at {at('contact_lost')}"
         for part in self.segments[:MOST_SEGMENTS]:
             span = f"{with_error(part['begin'])} s to {with_error(part['end'])} s"
             yield f"  {DOES[str(part['model'])]} {span} ({part['status']})"
@@ -211,14 +209,12 @@ def _creep_warning(run: Trajectory) -> str:
         return ""
     table = run.table("gliding_speed", numbers="float")
     slow = [row["t"] for row in _rows(table) if row["gliding_speed"] < epsilon]
+    if not slow:
+        return ""
     return (
-        ""
-        if not slow
-        else (
-            f"v_A is below epsilon = {epsilon:g} m/s at {len(slow)} of {len(table['t'])} samples, "
-            f"first at {float(slow[0]):g} s: the contact creeps there and does not stick, and all "
-            "later motion may depend on epsilon: compare a smaller one"
-        )
+        f"v_A is below epsilon = {epsilon:g} m/s at {len(slow)} of {len(table['t'])} samples, "
+        f"first at {float(slow[0]):g} s: the contact creeps there and does not stick, and all "
+        "later motion may depend on epsilon: compare a smaller one"
     )
 
 
@@ -234,12 +230,10 @@ def event_rows(
     from tt_precise.integration.reading import is_drift
 
     state = run.run.columns.names
-    plain = expanded(name for name in columns if not is_drift(name))
-    estimates = ("error:", "digits")
-    extra = [
-        column for name in plain for column in (name, f"error:{name}")
-        if column == name or (exactly and not str(name).startswith(estimates))
-    ]  # fmt: skip
+    extra: list[Any] = []
+    for name in expanded(name for name in columns if not is_drift(name)):
+        has_error = exactly and not str(name).startswith(("error:", "digits"))
+        extra += [name, f"error:{name}"] if has_error else [name]
 
     def decimals(name: str, value: Scalar) -> str | None:
         if value is None or value != value:
@@ -256,7 +250,7 @@ def event_rows(
             "error": decimals("error:t", row.get("error:t")),
             "change": change(row["name"], int(row["direction"])),
             "state": {name: texts[name] for name in state},
-            "columns": {str(name): texts[str(name)] for name in extra},
+            "columns": {name: texts[name] for name in map(str, extra)},
         }
 
 

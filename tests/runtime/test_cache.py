@@ -39,12 +39,9 @@ def test_a_table_is_computed_once_for_each_definition(
     file.unlink()
     file.mkdir()
     assert [count(2), count(2)] == [4, 5]
-
-
-def test_a_file_belongs_to_its_definition_and_has_no_date() -> None:
     mark = fingerprint({"a": 1, "b": [2]})
     assert mark == fingerprint({"b": [2], "a": 1}) != fingerprint({"a": 1, "b": [3]})
-    assert packed(TABLE, mark) == packed(TABLE.copy(), mark)
+    assert packed(TABLE, mark) == packed(TABLE.copy(), mark)  # without a date
     assert unpacked(packed(TABLE, mark), "another") is None
 
 

@@ -11,8 +11,6 @@ from tests.runtime.conftest import READ
 from tt_precise.runtime.tables import FORMATS, as_csv, as_html, format_of, write_table
 from tt_precise.runtime.values import InputError
 
-TEXT = {"t": ["0", "0.01"], "kz": ["1", None]}
-
 
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_a_table_of_doubles_is_read_as_written(tmp_path: Path, suffix: str) -> None:
@@ -27,16 +25,13 @@ def test_a_table_of_doubles_is_read_as_written(tmp_path: Path, suffix: str) -> N
 
 
 def test_undefined_values_are_empty_cells() -> None:
-    assert as_csv(TEXT) == "t,kz\n0,1\n0.01,\n"
+    assert as_csv({"t": ["0", "0.01"], "kz": ["1", None]}) == "t,kz\n0,1\n0.01,\n"
 
 
-@pytest.mark.parametrize("name", ["table.xlsx", "table.csv.gz", "table.CSV"])
-def test_an_unknown_format_is_refused(name: str) -> None:
-    with pytest.raises(InputError, match=r"got .*, expected .*\.parquet"):
-        format_of(name)
-
-
-def test_a_missing_package_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_formats_and_missing_packages_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("table.xlsx", "table.csv.gz", "table.CSV"):
+        with pytest.raises(InputError, match=r"got .*, expected .*\.parquet"):
+            format_of(name)
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     with pytest.raises(InputError, match=r"h5py: not installed.*tt-precise\[hdf5\]"):
         format_of("table.h5")

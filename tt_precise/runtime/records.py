@@ -8,10 +8,6 @@ A document is a ``Record``; its tag is the name and version under the key ``sche
         rows: Annotated[int, means("number of rows")]
         note: Annotated[str | Unset, means("remark")] = UNSET  # a key that may be absent
 
-    encode(Checked(rows=801))                     # text of the JSON object, indented
-    load(path, Checked, "what check writes")      # a Checked, or an InputError of one line
-    json_schema(Checked)                          # as in docs/schemas
-
 ``docs/_ext/schemas.py`` lists the documents whose schemas are in the documentation.
 """
 
