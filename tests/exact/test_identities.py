@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import more
 from tests.exact.conftest import Spoil, wrong, wrong_quantity
 from tt_precise.exact import identities
-from tt_precise.mechanics import contact_momentum, euler, friction, newton, rolling
+from tt_precise.mechanics import euler, friction, newton, rolling
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import InputError
 
@@ -54,7 +54,7 @@ CONTROLS: dict[str, Spoil] = {
     "lambda is constant under any contact force": _wrong(newton, "axis_rate", 0),
     "E changes by the power of any contact force": _wrong(newton, "contact_velocity_rel_cm", 1),
     "momentum about the lowest point under any contact force": _wrong(
-        contact_momentum, "contact_momentum_rate", 1
+        newton, "contact_momentum_rate", 1
     ),
     "dry friction: size, direction and loss": _wrong(friction, "coefficient"),
     "Coulomb's law in polar form": _wrong(friction, "polar_rates", "ex"),

@@ -115,3 +115,9 @@ def test_the_same_motion_as_in_vectors(
         for one, right in zip(found, newton.rates(numbers, vectors), strict=True):
             assert abs(one - right) < mp.mpf(10) ** -34
         assert abs(found[6] - newton.rates(off, vectors).vx) > mp.mpf(10) ** -33
+
+
+def test_the_momentum_about_the_lowest_point_by_hand(body: TippeTop) -> None:
+    # a x v = (0, 3, -2)
+    expected = (10, 20 - 3 * body.m, 30 + 2 * body.m)
+    assert newton.contact_momentum(body, (1, 2, 3), (10, 20, 30), (1, 0, 0)) == expected

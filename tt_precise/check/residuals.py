@@ -3,7 +3,7 @@
 ``by_law`` propagates each row to the time of the next one under the scene's contact force, and
 compares. ``by_any_force`` needs no force: attitude, position and the angular momentum Q about the
 lowest point change by the integrals of their rates, in which no contact force occurs
-(``mechanics.contact_momentum``). The rates are known in every row and are integrated by polynomials
+(``newton.contact_momentum``). The rates are known in every row and are integrated by polynomials
 through eight rows; polynomials through six rows give the error. Residuals are summed from the start
 as well, because a small persistent error becomes large.
 """
@@ -30,9 +30,13 @@ from tt_precise.check.rows import Rows
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS
-from tt_precise.mechanics.contact_momentum import contact_momentum, contact_momentum_rate
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.newton import NewtonState, contact_arm
+from tt_precise.mechanics.newton import (
+    NewtonState,
+    contact_arm,
+    contact_momentum,
+    contact_momentum_rate,
+)
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot, multiplied

@@ -29,7 +29,7 @@ from tt_precise.exact.chart import (
     VectorChart,
     VectorChartAtAzimuth0,
 )
-from tt_precise.mechanics import contact_momentum, euler, friction, newton, quantities, rolling
+from tt_precise.mechanics import euler, friction, newton, quantities, rolling
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.friction import PolarState
 from tt_precise.mechanics.laws import COULOMB, REGULARISED
@@ -382,28 +382,14 @@ def _any_force_energy(chart: ForceChart) -> Iterable[Scalar]:
 
 @identity("momentum about the lowest point under any contact force", "section 1")
 def _any_force_contact_momentum(chart: ForceChart) -> Iterable[Scalar]:
-    """dQ/dt without F, L and v from Q and the lift, and the force that gives a lift's rate."""
-    body, k, L = chart.body, chart.state.k, chart.state.L
-    a, k_dot = newton.contact_arm(body, k), newton.axis_rate(body, chart.state)
+    """(L - a x m v)_dot, in which L_dot = a x F and m v_dot = F - m g z, does not contain F."""
+    body, F = chart.body, chart.force
+    a, k_dot = newton.contact_arm(body, chart.state.k), newton.axis_rate(body, chart.state)
     v = subtracted(chart.v, newton.contact_velocity_rel_cm(body, chart.state))
-    F, (Fx, Fy, Fz) = chart.force, chart.force
-    # d(L - a x m v)/dt with L_dot = a x F, a_dot = R alpha k_dot, m v_dot = F - m g z
     moved = scaled(body.m * body.R * body.alpha, cross(k_dot, v))
-    pressed = cross(a, (Fx, Fy, Fz - body.m * body.g))
+    pressed = cross(a, (F[0], F[1], F[2] - body.m * body.g))
     rate = subtracted(subtracted(cross(a, F), moved), pressed)
-    yield from _differences(rate, contact_momentum.contact_momentum_rate(body, a, k_dot, v))
-    rising = contact_momentum.contact_lift(body, k, L, v[2])
-    yield rising - chart.v[2]
-    Q = contact_momentum.contact_momentum(body, a, L, v)
-    back = contact_momentum.momentum_and_velocity(body, k, a, Q, v[:2], rising)
-    for own, other in zip(back, (L, v), strict=True):
-        yield from _differences(own, other)
-    # F = m (N along + further), with free symbols for all but N
-    along, further, slope = (Fx, Fy, chart.field.one), chart.state.v[:2], Fz
-    N = contact_momentum.normal_force_along(body, k, a, L, along, further, slope)
-    x, y = (N * part + more for part, more in zip(along, further, strict=False))
-    k_ddot_side = cross(cross(a, scaled(body.m, (x, y, N))), k)[2] + cross(L, k_dot)[2]
-    yield N - body.g + body.R * body.alpha / body.I1 * k_ddot_side - slope
+    yield from _differences(rate, newton.contact_momentum_rate(body, a, k_dot, v))
 
 
 @identity("dry friction: size, direction and loss", "section 1")

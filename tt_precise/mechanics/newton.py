@@ -22,7 +22,7 @@ from functools import partial
 from typing import Any
 
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled
+from tt_precise.mechanics.vectors import Vector, added, cross, dot, scaled, subtracted
 from tt_precise.runtime.values import Functions, Scalar
 
 Described = Any  # A ``Motion``, whose type rests on the states.
@@ -187,6 +187,22 @@ def contact_acceleration(body: Parameters, state: NewtonState, force: Vector) ->
     )
     centripetal = scaled(body.R * body.alpha, cross(angular_velocity(body, state), k_dot))
     return added(scaled(1 / body.m, force), (0, 0, -body.g), cross(omega_dot, a), centripetal)
+
+
+def contact_momentum(body: Parameters, a: Vector, L: Vector, v: Vector) -> Vector:
+    """Angular momentum Q = L - a x m v about the lowest point, at velocity ``v`` of the centre."""
+    return subtracted(L, scaled(body.m, cross(a, v)))
+
+
+def contact_momentum_rate(body: Parameters, a: Vector, k_dot: Vector, v: Vector) -> Vector:
+    """dQ/dt = -a_dot x m v + a x m g z, a_dot = R alpha k_dot.
+
+    L_dot = a x F and m v_dot = F - m g z leave no contact force: the rate holds for every law of
+    friction, for impulses, and in flight, but not with a torque at the contact.
+    """
+    x, y, z = scaled(body.m * body.R * body.alpha, cross(k_dot, v))
+    weight = body.m * body.g
+    return (weight * a[1] - x, -weight * a[0] - y, -z)
 
 
 def rates(body: Parameters, state: NewtonState, fn: Functions = None) -> NewtonState:
