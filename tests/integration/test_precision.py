@@ -45,10 +45,11 @@ def test_a_number_is_rounded_once(precision: Precision, mantissa: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["1/3", "7/100", "123456789/1000000007", "1/9007199254740993007"])
-def test_exact_times_are_long_doubles(text: str) -> None:
-    (time,) = LONG_DOUBLES.of_fractions([Fraction(text)])
-    number = Fraction(*float(time).as_integer_ratio())
-    number += Fraction(*float(time - float(time)).as_integer_ratio())
-    assert abs(number / Fraction(text) - 1) <= Fraction(1, 2**63)
+def test_exact_times_and_wide_numbers_are_long_doubles(text: str) -> None:
+    (time,), exact = LONG_DOUBLES.of_fractions([Fraction(text)]), Fraction(text)
+    for number in (time, LONG_DOUBLES.number(PRECISIONS[-1].exact(exact))):
+        rounded = Fraction(*float(number).as_integer_ratio())
+        rounded += Fraction(*float(number - float(number)).as_integer_ratio())
+        assert abs(rounded / exact - 1) <= Fraction(1, 2**63)
     # the control: a double is further off
-    assert abs(Fraction(float(Fraction(text))) / Fraction(text) - 1) > Fraction(1, 2**60)
+    assert abs(Fraction(float(exact)) / exact - 1) > Fraction(1, 2**60)
