@@ -54,7 +54,7 @@ def problem(folder: Path) -> str:
 def refused(scene: Scene, folder: Path) -> str:
     """Why the proof establishes nothing."""
     proof = established(scene, folder)
-    assert proof.proof is None
+    assert proof.stored is None
     return proof.why
 
 
@@ -163,13 +163,12 @@ def test_intervals_reach_from_the_least_corner_to_the_largest() -> None:
             assert [*operation(one, other)] == [min(corners), max(corners)]
 
 
-@pytest.mark.parametrize("ball", [("nan", "1"), ("1", "inf"), ("1", "-1"), ("-inf", "0")])
-def test_what_is_no_ball_is_refused(ball: tuple[str, str]) -> None:
-    with pytest.raises(ArithmeticError, match="expected a middle and a radius"):
-        Interval.around(*ball)
-    third = Interval.around("1.5e-1", "2e-40")
-    assert third.low == Fraction(3, 20) - Fraction(2, 10**40)
-    assert third.high - third.low == Fraction(4, 10**40)
+def test_what_is_no_ball_is_refused() -> None:
+    for ball in (("nan", "1"), ("1", "inf"), ("1", "-1")):
+        with pytest.raises(ArithmeticError, match="expected a middle and a radius"):
+            Interval.around(*ball)
+    low, high = Fraction(3, 20) - Fraction(2, 10**40), Fraction(3, 20) + Fraction(2, 10**40)
+    assert [*Interval.around("1.5e-1", "2e-40")] == [low, high]
 
 
 def test_a_printed_number_encloses_the_exact_one() -> None:

@@ -31,22 +31,6 @@ def fresh(small_built: Small) -> GoldenRun:
     return perform(small_built.scene, "quad")
 
 
-def edit_table(small: Small, file: str, change: Callable[[Lines], object]) -> None:
-    path = small.path / file
-    lines = [line.split(",") for line in path.read_text().splitlines()]
-    change(lines)
-    path.write_text("".join(",".join(line) + "\n" for line in lines))
-
-
-def swapped(lines: Lines) -> None:
-    for line in lines:
-        line[7], line[8] = line[8], line[7]
-
-
-def last_digit(lines: Lines) -> None:
-    lines[1][4] = other_digit(lines[1][4], 34)
-
-
 def problems(small: Small) -> str:
     return "\n".join(inspect(small.scene.name, small.folder)[1])
 
@@ -57,15 +41,16 @@ def problems(small: Small) -> str:
         (TRAJECTORY, lambda lines: lines.pop(4), "got a row of t = 0.04, expected t = 0.03"),
         (TRAJECTORY, lambda lines: lines.pop(), "got a row of t = nothing, expected t = 0.06"),
         (TRAJECTORY, lambda lines: lines.__delitem__(slice(1, None)), "no row, expected one"),
-        (TRAJECTORY, swapped, "columns are t,kx,ky,kz,Lx,Ly,Lz,vy,vx"),
-        (TRAJECTORY, last_digit, "changed since it was written"),
-        (EVENTS, last_digit, "changed since it was written"),
+        (TRAJECTORY, lambda lines: lines[0].reverse(), "columns are nu_y,nu_x"),
+        (EVENTS, lambda lines: lines.pop(), "changed since it was written"),
     ],
 )
 def test_a_changed_table_is_found_and_named(
     small: Small, file: str, change: Callable[[Lines], object], words: str
 ) -> None:
-    edit_table(small, file, change)
+    lines = [line.split(",") for line in (small.path / file).read_text().splitlines()]
+    change(lines)
+    (small.path / file).write_text("".join(",".join(line) + "\n" for line in lines))
     assert f"{file}: {words}" in problems(small)
 
 

@@ -13,7 +13,7 @@ BODY = load_scene("reference").body.dimensionless(math, float)
 
 def test_does_not_invert_is_said_only_of_what_never_will() -> None:
     """A later horizon changes what is undecided, and nothing else."""
-    starts, record = tt.grid({"omega_3": "20:260:25"}), ("max_theta", "end_theta")
+    starts, record = tt.grid({"omega_3": "20:260:25"}), ("max_theta",)
     early, late = (
         tt.sweep(load_scene("reference").varied(until=until), starts, record=record, recheck=0)
         for until in ("1", "60")
@@ -23,10 +23,6 @@ def test_does_not_invert_is_said_only_of_what_never_will() -> None:
     assert ("does_not_invert", "inverts") not in pairs
     excluded = late["outcome"] == "does_not_invert"
     assert (late["max_theta"][excluded] < numpy.pi / 2).all()
-    # a top that is inverted inverts, whatever the definitions say of its climb
-    slow = late[late["omega_3"] == 80]
-    assert slow["end_theta"].item() > 3.14
-    assert slow["outcome"].item() == "inverts"
 
 
 def test_the_energy_decides_only_where_it_falls() -> None:

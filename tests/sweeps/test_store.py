@@ -147,6 +147,5 @@ def test_folders_of_something_else_are_refused(tmp_path: Path) -> None:
     chunk.unlink()
     with pytest.raises(InputError, match="has 8 of 12 rows; run the sweep again"):
         read_rows(tmp_path / "rows")
-    for out, message in ((tmp_path, "or no sweep"), ("nowhere://x/y", "nowhere://x/y: ")):
-        with pytest.raises(InputError, match=message):
-            swept(out)
+    with pytest.raises(InputError, match="or no sweep"):
+        swept(tmp_path)

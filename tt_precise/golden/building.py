@@ -95,10 +95,7 @@ def build(
 
 
 def build_scene(name: str, text: str, folder: Path, replace: bool) -> Built:
-    """Compute the scene with this TOML ``text`` and store its data in ``folder``.
-
-    Bits are added while the runs share fewer than 34 digits.
-    """
+    """Compute the scene with this TOML ``text``, to 34 digits, and store its data in ``folder``."""
     scene, began = parse_scene(text, name, f"{name}.toml"), time.process_time()
     try:
         for bits in BITS:

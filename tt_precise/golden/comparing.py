@@ -16,6 +16,8 @@ from tt_precise.golden.table import as_decimal
 from tt_precise.mechanics.digits import RULE
 from tt_precise.runtime.values import InputError
 
+BEYOND = 1 + 1e-12  # Factor of the end of golden data: a row there may be a rounding later.
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -41,9 +43,6 @@ class Comparison:
         if self.unmatched:
             lines.append(f"  {self.unmatched} rows lie outside of the golden data: not compared")
         return "\n".join(lines)
-
-
-BEYOND = 1 + 1e-12  # Factor of the end of golden data: a row there may be a rounding later.
 
 
 def compare(frame: Any, scene: str | Path, *, folder: Folder = None) -> Comparison:

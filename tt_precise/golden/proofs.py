@@ -3,14 +3,13 @@
 ``golden certify`` proves that every printed number is correctly rounded, and that every event
 exists and is the only one. So a table encloses itself: the exact number of a cell is within half a
 unit of its last digit. ``proof.json`` has the other statements, and the hashes of the proved scene
-and tables; ``read_proof`` compares the hashes. Only a proof can decide whether the statements are
-true: ``golden certify --check`` proves them again.
+and tables, which ``read_proof`` compares; ``golden certify --check`` proves all again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
@@ -136,16 +135,6 @@ def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:
     }
 
 
-def proved_events(stored: Stored) -> dict[str, list[Event]]:
-    """The exact events of proved tables by name, in order of time."""
-    events: dict[str, list[Event]] = {}
-    for position, row in enumerate(stored.events.rows):
-        event = row_intervals(stored, EVENTS, position)
-        event["direction"] = Interval(Fraction(row[2]), Fraction(row[2]))
-        events.setdefault(row[0], []).append(event)
-    return events
-
-
 NOTHING: dict[str, Json] = {"contact": {}, "inversion": {}, "forever": {}, "proved_events": {}}
 
 
@@ -154,31 +143,23 @@ class Established:
     """Statements of a valid, complete proof of a scene, in SI; without one nothing, and ``why``."""
 
     stored: Stored | None = None
-    proof: dict[str, Json] | None = None
+    proof: dict[str, Json] = field(default_factory=NOTHING.copy)
     why: str = ""
-
-    @property
-    def _content(self) -> dict[str, Json]:
-        return self.proof or NOTHING
 
     @cached_property
     def _rows(self) -> dict[str, int]:
         times = self.stored.trajectory.column("t") if self.stored else ()
         return {t: row for row, t in enumerate(times)}
 
-    @cached_property
-    def _events(self) -> dict[str, list[Event]]:
-        return proved_events(self.stored) if self.stored else {}
-
     @property
     def g_n_positive(self) -> bool:
         """True if g_n > 0 is proved at all times from 0 to the horizon, both included."""
-        return self._content["contact"].get("g_n_positive") is True
+        return self.proof["contact"].get("g_n_positive") is True
 
     @property
     def contact_lost(self) -> Interval | None:
         """The time of the first zero of g_n, a simple zero; None if that is not proved."""
-        ball = self._content["contact"].get("lost_at_s")
+        ball = self.proof["contact"].get("lost_at_s")
         return Interval.around(**ball) if ball else None
 
     @property
@@ -198,7 +179,7 @@ class Established:
 
         The statement has the keys ``theta_tends_to``, ``limits`` and ``g_n_at_least_mg``.
         """
-        forever = self._content["forever"]
+        forever = self.proof["forever"]
         return forever.get("at_the_end", forever.get("held"))
 
     @property
@@ -228,7 +209,7 @@ class Established:
         if which == "duration":
             begin, end = (self.moment(definition, name) for name in ("t_init", "t_end"))
             return end - begin if begin and end else None
-        ball = self._content["inversion"].get(definition, {}).get(which)
+        ball = self.proof["inversion"].get(definition, {}).get(which)
         return Interval.around(**ball) if ball else None
 
     def events(self, *names: str) -> list[Event] | None:
@@ -236,10 +217,14 @@ class Established:
 
         None if nothing is proved. A zero of the event's function at t = 0 is no event.
         """
-        if any(name not in self._content["proved_events"] for name in names):
+        if self.stored is None or not {*names} <= {*self.proof["proved_events"]}:
             return None
-        happened = [event for name in names for event in self._events.get(name, [])]
-        return sorted(happened, key=lambda event: event["t"])
+        happened = []
+        for position, (name, _, way, *_) in enumerate(self.stored.events.rows):
+            if name in names:
+                event = row_intervals(self.stored, EVENTS, position)
+                happened.append({**event, "direction": Interval(Fraction(way), Fraction(way))})
+        return happened
 
 
 def established(scene: Scene, folder: Path | None = None) -> Established:

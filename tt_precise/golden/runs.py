@@ -35,16 +35,13 @@ from tt_precise.scene.scene import Scene
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
-# Bits of the two working precisions. The next pair is taken while digits are missing. With the
-# first pair all runs agree to 40 digits on the reference scene; 6 more than are published make it
-# unlikely (1e-6 an entry) that a rounding to 34 digits stays undecided.
+# Bits of the two working precisions; the next pair is taken while digits are missing. With the
+# first one runs agree to 40 digits: 6 more than are published leave one rounding in 1e6 undecided.
 BITS = ((160, 176), (176, 192), (240, 256))
 ENOUGH = DIGITS + 1  # Digits; with less agreement the last digit may be right by chance.
 SAME_TIME = Decimal("1e-30")  # Relative; closer events are simultaneous, and listed by name.
 UNDEFINED_AT_POLE = ("theta_dot", "phi_dot", "nu_x", "nu_y")
 ORDER = [*catalogue.EVENTS, *catalogue.JOINING, *catalogue.TERMINAL]
-WITHOUT_LAST_EVENT = ("complete", "pole")  # Ends that are no event of the scene.
-
 Cells = tuple[str, ...]
 
 
@@ -89,7 +86,7 @@ def perform(
     cells = {name: [x if isinstance(x, str) else "" for x in frame[name]] for name in names}
     samples, happened = Table.of_columns(cells), events_table(run, names)
     rows = [*happened.rows]
-    if run.status not in WITHOUT_LAST_EVENT:  # contact ends where a function falls to zero
+    if run.status not in ("complete", "pole"):  # contact ends where a function falls to zero
         time, *state = samples.rows[-1]
         rows.append((run.status, time, "-1", *state))
     if run.status == "pole":

@@ -30,15 +30,12 @@ from tt_precise.scene.scene import Scene
 if TYPE_CHECKING:
     from tt_precise.integration import Trajectory
 
-USUAL_DIGITS = 12.0  # Digits of an integrated solution if none are requested.
-# A solution in double, with fewer digits, is read a hundred times faster at many times.
-MANY, DIGITS_OF_MANY = 5000, 8.0
+# Digits of an integrated solution if none are requested; in double many times are read faster.
+USUAL_DIGITS, MANY, DIGITS_OF_MANY = 12.0, 5000, 8.0
 AT_ONCE = 50_000  # Rows that are read at once: 100 MB.
 SPARE_DIGITS = 1.0  # Digits by which an integrated row must be better than what is requested.
 IN_DOUBLE = 13.0  # Digits that differences of doubles can show.
-# Factor of the scene's horizon up to which a solution is integrated: times in milliseconds, or
-# numbers of rows, would ask for hours of motion.
-LONGEST = 10
+LONGEST = 10  # Factor of the horizon: times in milliseconds would ask for hours of motion.
 EPS = float(numpy.finfo(float).eps)
 FAR = 1000  # Roundings; a larger error is known to three digits without regard to them.
 SAME_TIME = 4 * EPS  # Relative; a row at a golden time may miss it by a rounding.
@@ -149,10 +146,9 @@ class TrueSolution:
     ) -> Distance:
         """Measure rows against the solution, integrated to ``digits`` if given.
 
-        ``needs`` are columns that golden rows must have to be used. Where the solution ends early,
-        the time of its end is itself a result: a row that agrees with the end in time and state, to
-        the digits that are required (7 if none are), is compared with the end. No other row beyond
-        the end is compared.
+        ``needs`` are columns that golden rows must have to be used. A row that agrees with an early
+        end of the solution in time and state, to the digits that are required (7 if none are), is
+        compared with it. No other row beyond the end is compared.
         """
         agreeing = SAME_END if digits is None else max(10.0**-digits, SAME_TIME)
         golden, last = self.golden, float(self._times[-1])

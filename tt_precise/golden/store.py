@@ -1,8 +1,7 @@
 """The folders of golden data: reading, and hashes that detect damage and careless edits.
 
 The manifest of a scene lists its files with hashes of their content; line ends and comments do not
-count. Whoever rewrites the files can also rewrite the hashes, but the history of the repository
-shows this.
+count.
 """
 
 from __future__ import annotations
@@ -26,7 +25,6 @@ SCENE, TRAJECTORY, EVENTS = "scene.toml", "trajectory.csv", "events.csv"
 MANIFEST, PROOF = "manifest.json", "proof.json"
 FILES = (SCENE, TRAJECTORY, EVENTS, MANIFEST)
 DOCUMENT = "the manifest of golden data"
-
 OWN = Path("golden")  # The folder in the working directory, unless another is named.
 VECTORS = "vectors"  # A folder next to the scenes: test vectors, which another command verifies.
 WORK = "golden build"  # The work that locks a folder.
@@ -55,12 +53,9 @@ def some(names: Iterable[str], folder: Folder = None) -> list[str]:
 
     Raises ``InputError``: there are none.
     """
-    chosen = list(names)
-    if not chosen:
-        raise InputError(
-            f"golden data: got none in {folder or home()}, expected the folder of a scene; "
-            "`tt-precise golden build` makes it"
-        )
+    if not (chosen := list(names)):
+        expected = "expected the folder of a scene; `tt-precise golden build` makes it"
+        raise InputError(f"golden data: got none in {folder or home()}, {expected}")
     return chosen
 
 
@@ -80,10 +75,7 @@ def locate(scene: str | Path, folder: Folder = None) -> Path:
     name = path.stem if path.suffix == ".toml" else str(scene)
     # no path, not hidden, printable
     if not re.fullmatch(r"\w[\w.-]{0,99}", name):
-        raise InputError(
-            f"scene: got the file name {name[:60]!r}, expected letters, digits, - and _, "
-            "because it names a folder"
-        )
+        raise InputError(f"scene: got the name {name[:60]!r}, expected letters, digits, - and _")
     if folder is not None:
         return Path(folder) / name
     own = (OWN / name / MANIFEST).is_file() and name not in scenes()
@@ -91,10 +83,7 @@ def locate(scene: str | Path, folder: Folder = None) -> Path:
 
 
 def require(scene: str | Path, folder: Folder = None) -> Path:
-    """Locate existing golden data.
-
-    Raises ``InputError``: there are no such data.
-    """
+    """Locate golden data; raise ``InputError`` if there are none."""
     path = locate(scene, folder)
     if not (path / MANIFEST).is_file():
         names = scenes(folder)
@@ -149,9 +138,7 @@ def read_files(scene: str | Path, folder: Folder = None) -> Stored:
 
 
 def read_whole(scene: str | Path, folder: Folder = None) -> Stored:
-    """Read the golden data of ``scene``, and compare them with the hashes in their manifest.
-
-    A process reads the data of each manifest only once.
+    """Read the golden data of ``scene`` once, and compare them with the hashes in their manifest.
 
     Raises ``InputError``: there are no such data, or they have changed since they were built.
     """

@@ -37,10 +37,9 @@ FEW = 3  # Reported problems of the same kind.
 class Verification:
     """The result for one scene.
 
-    ``problems`` is empty for valid data. ``digits_proved`` are the digits of a valid proof of the
-    data, None without one. ``digits_found`` is the fewest digits in which the fresh computation, in
-    the arithmetic ``fresh``, agrees with the data; None where nothing could be computed or
-    compared.
+    ``problems`` is empty for valid data. ``digits_proved`` are the digits of a valid proof, None
+    without one. ``digits_found`` is the fewest digits in which the fresh computation, in the
+    arithmetic ``fresh``, agrees with the data; None where nothing could be compared.
     """
 
     scene: str
