@@ -62,14 +62,6 @@ def test_a_unit_of_another_dimension_is_refused_by_name(
     assert expected in str(refusal.value)
 
 
-def test_a_number_outside_its_range_is_refused() -> None:
-    for name, value, range_ in (
-        ("m", "0", "above 0"), ("alpha", "1", "between 0 and 1"), ("mu", "-1e-9", "at least 0"),
-    ):  # fmt: skip
-        with pytest.raises(InputError, match=f"{name}: got .*, expected a number {range_}"):
-            ENTRIES[name].require(name, exact(value))
-
-
 def test_entries_that_stay_and_short_numbers() -> None:
     assert kept_fixed(["m"], []) == "m varied at fixed I1 (m R^2), I3 (m R^2)"
     assert kept_fixed(["R", "I3"], ["I1"]) == "R varied at fixed alpha (R), I1 (kg m^2)"
