@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tt_precise.mechanics.conversion import RigidBodyState, vectors_from_rigid_body
+from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.pose import Pose, pose
@@ -27,23 +27,16 @@ def made(body: Parameters, theta: Any, fn: Any, seed: int = 1) -> tuple[Motion, 
 
 
 @pytest.mark.parametrize("theta", ["0.3", "1.5", "2.9", "1e-40"])
-def test_a_rigid_body_in_this_pose_has_its_vectors(body: TippeTop, mp: Any, theta: str) -> None:
-    """Through ``vectors_from_rigid_body``, which shares no formula with ``pose``."""
+def test_a_rigid_body_in_this_pose_has_its_axis(body: TippeTop, mp: Any, theta: str) -> None:
+    """By ``axis_of``, which shares no formula with ``pose``."""
     numbers = body.numbers(lambda value: mp.mpf(value.numerator) / value.denominator)
     q, found = made(numbers, mp.mpf(theta), mp)
-    entries = found._asdict()
-    state, vertical = vectors_from_rigid_body(
-        numbers, RigidBodyState(*(entries[name] for name in RigidBodyState._fields))
-    )
     bound = 100 * mp.eps  # a dozen operations on numbers below 10
-    assert all(abs(a - b) <= bound for a, b in zip(state, q.state, strict=True))
-    assert abs(vertical) <= bound
-    assert abs(sum(entries[f"q{name}"] ** 2 for name in "wxyz") - 1) <= bound
-    swapped = found._replace(qw=found.qx, qx=found.qw)._asdict()
-    wrong, _ = vectors_from_rigid_body(
-        numbers, RigidBodyState(*(swapped[name] for name in RigidBodyState._fields))
-    )
-    assert max(abs(a - b) for a, b in zip(wrong, q.state, strict=True)) > 0.1
+    assert abs(sum(component**2 for component in found[:4]) - 1) <= bound
+    swapped = (found.qx, found.qw, *found[2:4])
+    for quaternion, right in ((found[:4], True), (swapped, False)):
+        error = max(abs(a - b) for a, b in zip(axis_of(*quaternion), q.k, strict=True))
+        assert (error <= bound) == right
 
 
 @pytest.mark.parametrize("theta", [1e-9, 0.4, 2.0, np.pi - 1e-9])

@@ -49,7 +49,7 @@ from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.series import TaylorSeries
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
-TIME, ERROR_OF_TIME = "error", f"{ERROR}t"  # Errors of events' times: alone, and among columns.
+TIME = "error"  # The column of the errors of events' times.
 RATIO = 30  # Tolerance of a run over that of its finer run, whose own error is then 3 % of it.
 # Tolerance, in eps of double, from which truncation outweighs the roundings of double: a run with
 # full tolerance in the same arithmetic shows the errors.

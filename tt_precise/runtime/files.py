@@ -15,8 +15,6 @@ from tt_precise.runtime.values import InputError, Json
 A_PAGE = 4096  # bytes that the smallest file needs
 # Bytes of a TOML file: a page of text. tomllib takes a second for a key of so many parts.
 LARGEST_FILE = 30_000
-# Errors about the content of a file that has an unexpected form.
-MISSHAPEN = (ValueError, KeyError, IndexError, TypeError, AttributeError)
 
 
 @contextmanager
