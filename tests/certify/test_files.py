@@ -75,8 +75,7 @@ def test_every_printed_digit_is_proved(stored: Stored) -> None:
     assert certificate.objection == ""
     content = certificate.content
     assert content["rounded"] == content["entries"] > 100
-    assert content["contact"]["g_n_positive"]
-    assert content["contact"]["energy_never_grows"]
+    assert content["contact"]["g_n_positive"] is content["contact"]["energy_never_grows"] is True
     assert content["proved_events"]["theta_max"] == 1
 
 
@@ -238,12 +237,6 @@ def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> No
     assert certify(NAME, folder=tmp_path).compared.wrong
     assert not (place / PROOF).exists()  # what is not whole is not written
     assert _run(NAME, "--folder", str(tmp_path)) == 1
-
-
-def test_what_cannot_be_proved_says_why(capsys: pytest.CaptureFixture[str]) -> None:
-    assert _run("elastic-hunt-crossley") == 1
-    out = capsys.readouterr().out
-    assert "refused: not proved (equations): a hunt-crossley table changes them" in out
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from dataclasses import replace
 from fractions import Fraction
 
 import flint
-import pandas
 import pytest
 import sympy
 from flint import arb
@@ -48,11 +47,6 @@ def states(name: str) -> Callable[[Fraction], NewtonState]:
         )
 
     return state
-
-
-def later(scene: tt.Scene, until: int, *columns: str) -> pandas.DataFrame:
-    """Return heyoka's columns in double."""
-    return tt.integrate(replace(scene, until=Fraction(until))).frame(*columns, numbers="float")
 
 
 def test_what_never_glides_keeps_its_inclination() -> None:
@@ -137,7 +131,8 @@ def test_the_reference_inverts_for_ever() -> None:
     assert 0 < first.force < 0.1
     assert last.force > 0.99
     # heyoka in double, to 16 s: theta against the bounds, D and E~ against their limits
-    frame = later(scene, 16, "theta", "D", "E_tilde", "g_n")
+    longer = tt.integrate(replace(scene, until=Fraction(16)))
+    frame = longer.frame("theta", "D", "E_tilde", "g_n", numbers="float")
     weight = float(scene.body.m * scene.body.g)
     for one in (first, last):
         after = frame[frame["t"] >= float(one.since)]

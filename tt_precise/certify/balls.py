@@ -69,8 +69,7 @@ def ball(value: Fraction) -> arb:
 def largest(numbers: Iterable[arb]) -> arb:
     """An exact number, at least 0, that none of the balls exceeds.
 
-    Raises ``NotProved``: a ball is not finite. (A comparison with NaN is false, so ``max`` would
-    ignore it.)
+    Raises ``NotProved``: a ball is not finite (``max`` would ignore NaN).
     """
     tops = [number.upper() for number in numbers]
     if not all(top.is_finite() for top in tops):

@@ -2,8 +2,7 @@
 
 ``certify`` encloses a scene's solution, and compares every printed number and event of its tables
 with the enclosure. If all are proved, ``certify`` writes ``proof.json``: the statements about the
-tables, and the hashes of the tables. The proof itself is not stored: it is proved again, and the
-statements are compared.
+tables, and the hashes of the tables. To check a proof is to prove again, and to compare.
 """
 
 from __future__ import annotations

@@ -145,9 +145,7 @@ def advance(
     length: arb,
     start: Sequence[arb] | None = None,
 ) -> Step:
-    """Verify S1 to S4 for one step from all ``states``.
-
-    The polynomials begin near ``start``, by default the middle of the states.
+    """Verify S1 to S4 for one step from all ``states``, with polynomials from ``start``.
 
     Raises ``NotProved``: a hypothesis could not be verified; a shorter step may do.
     """

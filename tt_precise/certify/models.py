@@ -140,10 +140,7 @@ def differential(operation: Callable[..., Scalar], *operands: Differential) -> D
 
 
 class PowerSeries(Field):
-    """A power series; ``rule(c, n)`` is the n-th coefficient from the earlier coefficients ``c``.
-
-    Coefficients are of any arithmetic.
-    """
+    """Coefficients in any arithmetic; ``rule(c, n)`` is the n-th, from the earlier ones ``c``."""
 
     def __init__(self, rule: Callable[[list[Scalar], int], Scalar], first: Sequence[Scalar] = ()):
         self.rule, self.c = rule, list(first)

@@ -77,9 +77,7 @@ class Enclosure:
         raise NotProved("time", f"t = {float(time):.6g} is not enclosed")
 
     def least(self, function: Function) -> arb:
-        """Return a lower bound of a function, close to its least value.
-
-        The box with the lowest bound is halved first.
+        """Return a lower bound of a function, close to its least value, by best-first search.
 
         Raises ``NotProved``: the function has no finite bound.
         """

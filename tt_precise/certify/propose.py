@@ -29,8 +29,7 @@ LONGER = 1.25  # A step is at most so much longer than the one before it.
 AGAIN = 0.8  # A step that should have been shorter than this, relatively, is made again.
 SHORTER = 0.95  # A step that is made again has this part of the length that its costs ask for.
 MOST_FAILURES = 12  # Steps in a row that are made again, most half as long as the one before.
-# Of a step: before an undecided instant, or the end of a solution, they would get shorter for ever.
-# The fastest passage of a pole in a golden scene takes steps that are a thousand times as long.
+# Before an undecided instant steps get ever shorter; in golden scenes they are 1000 times as long.
 SHORTEST = 2.0**-24
 DEFECT_BITS = 5  # A step may add this many bits to a rounding error of its polynomials.
 FLOW_ERROR = 1e-5  # Largest q G: growth of an error in a step by the error of its flow, relative.

@@ -95,7 +95,6 @@ class Formal(Field):
         return Formal(self.a * self.c, -self.b * self.c, norm, self.square)
 
     def exp(self) -> Formal:
-        """Raise ``NotProved``: the exponential is no formal number."""
         raise NotProved("zeros", "an exponential at t = 0 is no formal number")
 
 

@@ -102,8 +102,7 @@ def forever(
     ``state`` is its proved state at one of the times (s), dimensionless. The region ``held`` since
     the first time at which one is proved has the largest bounds, that ``at_the_end`` the smallest.
 
-    Raises ``NotProved``: there is none even at the end; the scene may have to be proved for
-    longer.
+    Raises ``NotProved``: there is none even at the end.
     """
     with flint.ctx.workprec(WELL_BITS):
         last = first = trapping_region(scene, times[-1], state(times[-1]))
