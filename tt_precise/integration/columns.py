@@ -84,9 +84,9 @@ class State:
             # through __dict__, which is empty during copying
             return self.__dict__["values"][name]
         except KeyError:
-            known = self.__dict__.get("values", ())
+            components = self.__dict__.get("values", ())
             also = '; frame("g_n", times=[3]) has quantities'
-            text = str(wrong_name("state", name, known, also))
+            text = str(wrong_name("state", name, components, also))
             raise AttributeError(text, name=name, obj=self) from None
 
     def __str__(self) -> str:
@@ -142,9 +142,9 @@ class Columns:
     def dimensions(self) -> dict[str, Dimension]:
         """The dimensions of all columns by name."""
         own = {n: STATE_DIMENSIONS[n] for n in self.names}
-        known = (q for q in QUANTITIES.values() if self.has_azimuth or not q.azimuth)
+        available = (q for q in QUANTITIES.values() if self.has_azimuth or not q.azimuth)
         pose = {n: _DIMENSIONS.get(n[0], _LENGTH) for n in Pose._fields}
-        return pose | own | {q.name: q.dimension for q in known}
+        return pose | own | {q.name: q.dimension for q in available}
 
     def motion(self, row: Row) -> Motion:
         """The ``Motion`` of a row."""
@@ -254,20 +254,20 @@ def _of_user(own: Quantity, q: Motion, last: Motion) -> Scalar:
 
 def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
     """The requested columns as a flat list, with functions as quantities and the pose expanded."""
-    wanted: list[Name] = []
+    columns: list[Name] = []
     for name in names:
         if callable(name) and hasattr(name, "__name__"):
-            wanted.append(Quantity.of(name))
+            columns.append(Quantity.of(name))
         elif isinstance(name, Quantity):
-            wanted.append(name)
+            columns.append(name)
         elif isinstance(name, str):  # every table begins with t
-            for one in listed(name):
-                wanted += POSE_COLUMNS.get(one, (one,) if one != "t" else ())
+            for column in listed(name):
+                columns += POSE_COLUMNS.get(column, (column,) if column != "t" else ())
         elif isinstance(name, Iterable):
-            wanted += expanded(name)
+            columns += expanded(name)
         else:
             raise InputError(f"column: got {name!r:.60}, expected names or functions of the motion")
-    return distinct("column", wanted)
+    return distinct("column", columns)
 
 
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:

@@ -156,9 +156,9 @@ class Pair(NamedTuple):
                 row = tuple(map(_deviating, self.row, self.better))
                 columns = self.segment.columns.of_arrays(plain, row, float, deviations())
                 for name, column in columns.items():
-                    known, error = numpy.real(column), abs(numpy.imag(column)) / SMALL
-                    error = error + rounding(known, bits)
-                    errors[name] = numpy.where(numpy.isfinite(known), error, math.nan)
+                    value, error = numpy.real(column), abs(numpy.imag(column)) / SMALL
+                    error = error + rounding(value, bits)
+                    errors[name] = numpy.where(numpy.isfinite(value), error, math.nan)
             if others:
                 mine, theirs = (
                     columns_in(segment, others, [_summed(x, numbers) for x in row], numbers)
@@ -180,9 +180,9 @@ class Pair(NamedTuple):
         values = columns_in(self.segment, every if self.cleared else state, row, DOUBLES)
         remain = {name: abs(values[name]) for name in every if name in self.cleared}
         kept = {name: float(name not in self.cleared) for name in state}
-        own, known = ({n: x[n] * kept[n] for n in state} for x in (values, errors))
+        own, own_errors = ({n: x[n] * kept[n] for n in state} for x in (values, errors))
         errors |= {name: numpy.maximum(errors[name], size) for name, size in remain.items()}
-        return errors, digits_over_rows(own, known, run.start, run.precision.bits)
+        return errors, digits_over_rows(own, own_errors, run.start, run.precision.bits)
 
 
 def rounding(values: Array, bits: int) -> Array:
@@ -252,8 +252,8 @@ class Errors:
         run, other, (errors, _) = self._run, self.reference, self._of_end
         t_end = abs(run.end - other.end) + run.end * run.precision.eps
         late = float(t_end) if run.status == other.status else math.inf
-        known = {name: float(error[0]) for name, error in errors.items()}
-        return {"t_end": late, **{name: x for name, x in known.items() if not math.isnan(x)}}
+        values = {name: float(error[0]) for name, error in errors.items()}
+        return {"t_end": late, **{name: x for name, x in values.items() if not math.isnan(x)}}
 
     @property
     def digits_at_end(self) -> float:

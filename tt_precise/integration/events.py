@@ -159,8 +159,8 @@ def change(name: str, direction: int) -> str:
         return "minimum" if direction > 0 else "maximum"
     if name == "equator":  # cos theta falls where theta rises
         direction = -direction
-    known = {"theta_min": "minimum", "theta_max": "maximum"}
-    return known.get(name, "up" if direction > 0 else "down")
+    kinds = {"theta_min": "minimum", "theta_max": "maximum"}
+    return kinds.get(name, "up" if direction > 0 else "down")
 
 
 def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:

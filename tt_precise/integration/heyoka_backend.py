@@ -97,7 +97,7 @@ def propagate(
         if status == "complete" and integrator.losses:
             status = "contact_ignored"
         time, row, order = run.time, run.row, integrator.adaptive.order
-    blocks, found = run.blocks, run.zeros.collect() if run.zeros else nothing_found(setup)
+    blocks, events = run.blocks, run.zeros.collect() if run.zeros else nothing_found(setup)
 
     def steps() -> Steps:
         if series:
@@ -105,7 +105,7 @@ def propagate(
         end = time if status == "failed" else until
         return propagate(setup, start, until=end, series=True).series()
 
-    return Propagation(status, time, row, run.steps, order, found, steps, run.taken)
+    return Propagation(status, time, row, run.steps, order, events, steps, run.taken)
 
 
 class _BlockwiseRun:

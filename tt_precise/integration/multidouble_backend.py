@@ -96,9 +96,9 @@ def propagate_in_doubles(
     status = end.status
     if status == "complete" and run.losses:
         status = "contact_ignored"
-    found = run.zeros.collect() if run.zeros else nothing_found(setup)
+    events = run.zeros.collect() if run.zeros else nothing_found(setup)
     series = partial(join, run.blocks, run.size)
-    return Propagation(status, end.time, end.row, run.steps, order, found, series)
+    return Propagation(status, end.time, end.row, run.steps, order, events, series)
 
 
 class _End(NamedTuple):
@@ -177,6 +177,6 @@ def _end_function(setup: Setup, start: InitialState, name: str, q: Motion) -> Sc
     """Evaluate a function that is positive until a phase ends."""
     wide = isinstance(q.row[0], numpy.ndarray) and q.row[0].dtype.hasobject
     precision, convert = setup.precision, setup.precision.mpfr.number if wide else float
-    known: Any = SimpleNamespace(context=precision.context, eps=precision.eps, number=convert)
+    arithmetic: Any = SimpleNamespace(context=precision.context, eps=precision.eps, number=convert)
     equations = Equations(q.row, (), q, setup.layout)
-    return setup.phase.ends(equations, convert(start.until), known)[name]
+    return setup.phase.ends(equations, convert(start.until), arithmetic)[name]

@@ -104,15 +104,15 @@ def states_at(run: Solution, times: Sequence[Fraction] | Array, numbers: Any) ->
 def states(run: Solution, times: Sequence[Scalar]) -> list[State]:
     """The states (SI) at dimensionless ``times`` (with guard bits)."""
     mpfr, to_user, unit = run.precision.mpfr, run.precision.to_user, run.start.units.time
-    found: list[Any] = [None] * len(times)
+    rows: list[Any] = [None] * len(times)
     with mpfr.precision():
         for part in at_times(run, mpfr.array(times), mpfr):
             table = columns_in(part.segment, run.columns.names, part.row, mpfr)
             columns = {name: list(map(mpfr.back, column)) for name, column in table.items()}
             for k, i in enumerate(part.index.tolist()):
                 values = {name: to_user(column[k]) for name, column in columns.items()}
-                found[i] = State(to_user(times[i] * unit), values, run.precision)
-    return found
+                rows[i] = State(to_user(times[i] * unit), values, run.precision)
+    return rows
 
 
 def end_state(run: Solution) -> State:
@@ -256,9 +256,9 @@ def integrals(run: Solution) -> list[Integral]:
 
 def changes(run: Solution, names: Iterable[Name]) -> str:
     """Return a sentence on the drifts in ``names`` of what the motion does not conserve, or ""."""
-    known = {name for one in integrals(run) for name in (one.name, *one.quantities)}
+    conserved = {name for one in integrals(run) for name in (one.name, *one.quantities)}
     drifts = (str(name) for name in names if is_drift(name))
-    others = [name for name in drifts if name.removeprefix(DRIFT) not in known]
+    others = [name for name in drifts if name.removeprefix(DRIFT) not in conserved]
     if not others:
         return ""
     kept = ", ".join(integral.name for integral in integrals(run))
@@ -285,7 +285,7 @@ def _drifts(run: Solution) -> dict[str, Array]:
     arrays: Any = run.precision.numbers
     fn, count = functions_of(arrays), len(run.sample_times)
     kind = arrays.kind if isinstance(arrays, Hardware) else object
-    found = {each.name: numpy.empty(count, dtype=kind) for each in integrals(run)}
+    drifts = {each.name: numpy.empty(count, dtype=kind) for each in integrals(run)}
     with rounding_of(arrays):
         first = run.segments[0]
         start = tuple(arrays.array([x]) for x in first.start_row)
@@ -297,8 +297,8 @@ def _drifts(run: Solution) -> dict[str, Array]:
                     x[-1] = arrays.number(value)
             q = segment.columns.array_motion(tuple(row), arrays.number, fn)
             for each in integrals(run):
-                found[each.name][index] = drift(each, [begin, q])[1] + 0 * row[0]
-    return found
+                drifts[each.name][index] = drift(each, [begin, q])[1] + 0 * row[0]
+    return drifts
 
 
 def is_drift(name: Name) -> bool:
@@ -317,23 +317,23 @@ def drift_columns(
 
     Raises ``InputError``: there is no such quantity.
     """
-    known = _drifts(run)
+    drifts = _drifts(run)
     for integral in integrals(run):
-        known |= dict.fromkeys(integral.quantities, known[integral.name])
+        drifts |= dict.fromkeys(integral.quantities, drifts[integral.name])
     columns: dict[str, Any] = {}
     for name in names:
         quantity = name.removeprefix(DRIFT)
-        if quantity not in known and quantity not in QUANTITIES:
+        if quantity not in drifts and quantity not in QUANTITIES:
             also, expected = ", or a quantity such as E or D", f"{DRIFT} and one of: "
-            raise wrong_name("column", name, known, also, expected=expected)
-        values = known[quantity] if quantity in known else _changes(run, quantity)
+            raise wrong_name("column", name, drifts, also, expected=expected)
+        values = drifts[quantity] if quantity in drifts else _changes(run, quantity)
         columns[name] = converted(run, values, numbers)
     return columns
 
 
 def _changes(run: Solution, name: str) -> Array:
     values = table(run, [name], None, "exact")[name]
-    known = [abs(value) for value in values if value is not None and value == value]
-    scale = (values[0] and abs(values[0])) or max(known, default=0) or 1
+    sizes = [abs(value) for value in values if value is not None and value == value]
+    scale = (values[0] and abs(values[0])) or max(sizes, default=0) or 1
     apart = [value if value is None else abs(value - values[0]) / scale for value in values]
     return run.precision.numbers.array(apart)

@@ -136,27 +136,27 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
     """
     if isinstance(events, str):
         events = listed(events)
-    asked: list[Asked] = []
+    chosen: list[Asked] = []
     for event in events if isinstance(events, Iterable) else [events]:
         if event == "all":
-            asked += catalogue(model)
+            chosen += catalogue(model)
         elif isinstance(event, (str, Event)):
-            asked.append(event)
+            chosen.append(event)
         elif getattr(event, "__name__", "") in (*EVENTS, *TERMINAL, *JOINING):
             raise InputError(
                 f"events: got the function {event!r:.40}, expected another name: an event has it"
             )
         elif callable(event) and hasattr(event, "__name__"):
-            asked.append(Event(event.__name__, UserFunction(event), "one's own", azimuth=True))
+            chosen.append(Event(event.__name__, UserFunction(event), "one's own", azimuth=True))
         elif isinstance(event, Quantity):
             name, meaning = EXTREMUM + event.name, f"extremum of {event.meaning}"
-            asked.append(Event(name, event.evaluate, meaning, of_rate=True, azimuth=True))
+            chosen.append(Event(name, event.evaluate, meaning, of_rate=True, azimuth=True))
         else:
             raise InputError(
                 f"events: got {event!r:.60}, expected names, such as theta_max or all, functions "
                 "of the motion, or quantities of tt_precise.quantity"
             )
-    return distinct("events", asked) if asked else ()
+    return distinct("events", chosen) if chosen else ()
 
 
 def full_tolerance(precision: Precision) -> Scalar:

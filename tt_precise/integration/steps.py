@@ -161,12 +161,12 @@ def shifted(
     Rounding the time costs up to t eps of the state at late times. Doubles are precise enough for
     the rates of long doubles.
     """
-    known, fn, number = row, functions_of(numbers), getattr(numbers, "number", float)
+    state, fn, number = row, functions_of(numbers), getattr(numbers, "number", float)
     if isinstance(numbers, Hardware):
-        known, number = [x.astype(float) for x in row], float
+        state, number = [x.astype(float) for x in row], float
     body = start.once(("body", number), lambda: start.body.numbers(number))
     with numpy.errstate(all="ignore"):
-        rates = setup.layout.rates(body, known, fn)
+        rates = setup.layout.rates(body, state, fn)
         moved = [x + rate * delay for x, rate in zip(row, rates, strict=True)]
     # at a pole the rates of phi and psi are undefined
     return [numpy.where((y - y == 0).astype(bool), y, x) for x, y in zip(row, moved, strict=True)]

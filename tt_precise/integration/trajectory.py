@@ -271,12 +271,12 @@ class Trajectory:
         """Show outcome and five digits; a slow precision shows digits computed before only."""
         from tt_precise.runtime.tables import as_html
 
-        known = self.errors.available or self.precision.name not in SLOW
+        estimated = self.errors.available or self.precision.name not in SLOW
         values = end_state(self.run).values.items()
         lines: list[tuple[str, str]] = [
             ("outcome", self.status),
             *([("WARNING", self._warning)] if self._warning else []),
-            *([("correct digits", f"{self.digits:.1f}")] if known else []),
+            *([("correct digits", f"{self.digits:.1f}")] if estimated else []),
             ("integration", f"{self.precision.name}, {self.formulation}, {self.steps} steps"),
             ("t_end", _short(self.t_end, "s")),
             *((name, _short(value, unit_of(name))) for name, value in values),

@@ -134,8 +134,8 @@ def _name(name: Name) -> str:
 def _label(name: str) -> str:
     if name.startswith(ERROR):
         return f"error of {_label(name.removeprefix(ERROR))}"
-    known = name.removeprefix(DRIFT)
-    return plotting.SYMBOLS.get(known, known.replace("_", " ") if is_drift(name) else known)
+    column = name.removeprefix(DRIFT)
+    return plotting.SYMBOLS.get(column, column.replace("_", " ") if is_drift(name) else column)
 
 
 class Page(PosixPath):

@@ -266,10 +266,10 @@ class Zeros:
         self._touches |= set(mine[~new & (gap > 0) & (before == sign)].tolist())
         self._unresolved |= set(mine[~new & (gap > TANGENCY)].tolist())
         last = numpy.searchsorted(mine, functions, side="right") - 1
-        known = numpy.isin(functions, mine)
+        decided = numpy.isin(functions, mine)
         self._undecided = self._undecided + end - begin
-        self._undecided[known] = end[known] - 1 - counted[last[known]]
-        self._sign[known] = sign[last[known]]
+        self._undecided[decided] = end[decided] - 1 - counted[last[decided]]
+        self._sign[decided] = sign[last[decided]]
         change = before * sign < 0
         change &= (self._direction[mine] == 0) | (self._direction[mine] == sign)
         high = counted[change]
@@ -485,8 +485,8 @@ class Zeros:
         begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
         middle = self._errors_inside(begin + width)
         # where errors exceed the function it may be undefined, which is asked later
-        known = (middle <= largest) | self._after_rest
-        error = numpy.where(known, numpy.fmax(error, middle), error)
+        resolved = (middle <= largest) | self._after_rest
+        error = numpy.where(resolved, numpy.fmax(error, middle), error)
         begin, width = numpy.concatenate([begin, begin + width]), numpy.tile(width, 2)
         values = self._at_nodes(self._values, begin, width)
         return begin, values, width, numpy.tile(error, 2)
@@ -604,8 +604,8 @@ def _from_polynomials(
     position, slope = low - width * b.before / rise, rise / width
     if len(intervals.begin):
         of: Array = numpy.searchsorted(intervals.begin, b.low, side="right") - 1
-        known: Array = (of >= 0) & (b.low < intervals.begin[of] + intervals.width[of])
-        inside = numpy.flatnonzero(known)
+        overlapping: Array = (of >= 0) & (b.low < intervals.begin[of] + intervals.width[of])
+        inside = numpy.flatnonzero(overlapping)
         of, wide = of[inside], intervals.width[of[inside]]
         left, right = (
             numpy.clip(2 * (x[inside] - intervals.begin[of]) / wide - 1, -1, 1)
