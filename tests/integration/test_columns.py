@@ -43,6 +43,14 @@ def test_no_pose_where_the_axis_is_exactly_vertical(toppling: Scene) -> None:
             integrate(scene).frame(pose=True)
 
 
+def test_a_pose_that_was_not_recorded_is_of_the_run_that_records_it() -> None:
+    """Contact is lost, in that run, 7e-8 s before."""
+    record = ("phi", "psi", "x", "y")
+    run, whole = (integrate("contact-lost", tolerance=1e-6, record=r) for r in ((), record))
+    assert whole.t_end < run.t_end
+    assert run.frame("theta", pose=True).equals(whole.frame("theta", pose=True))
+
+
 def test_errors_of_a_pose_need_its_quadratures(half: Scene) -> None:
     with pytest.raises(InputError, match="got a pose of a run without phi, psi, x, y"):
         integrate(half).frame("error:qw")
