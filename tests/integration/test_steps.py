@@ -7,8 +7,6 @@ import numpy
 import pytest
 
 import tt_precise as tt
-from tt_precise.integration.precision import DOUBLES, LONG_DOUBLES
-from tt_precise.integration.steps import Steps, of_power_series
 from tt_precise.scene.scene import Scene
 
 # Relative to the largest component: polynomials in double, and values in the run's arithmetic.
@@ -48,13 +46,3 @@ def test_polynomials_and_values_are_the_solution(reference: Scene, precision: st
         back = [mpmath.mpf(float(x)) if precision == "double" else numbers.back(x) for x in values]
     later = time * (1 + mpmath.mpf(2) ** -32)
     assert apart(back, time) < WIDE[precision] < apart(back, later)
-
-
-def test_a_power_series_is_one_step() -> None:
-    steps: Steps = of_power_series(
-        [[mpmath.mpf(1), 2, 3], [mpmath.mpf(0), 1, 0]], mpmath.mpf("0.5")
-    )
-    assert steps.terms.tolist() == [[[1, 1, 0.75], [0, 0.5, 0]]]
-    for numbers in (DOUBLES, LONG_DOUBLES):
-        square, line = steps.at(numpy.array([0.25], dtype=numpy.longdouble), numbers)
-        assert (square[0], line[0]) == (1.6875, 0.25)
