@@ -5,9 +5,14 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import EULER, VECTORS, Healthy, check, refuses
+from tests.check.conftest import EULER, VECTORS, Engine, Healthy, check, pose, refuses, rows_of
+from tests.conftest import Patch, more
+from tt_precise.check import checks
 from tt_precise.check.checks import CHECKS, chosen_limits
+from tt_precise.check.residuals import StepResiduals, torque_unit
+from tt_precise.check.rows import Rows
 from tt_precise.mechanics.conserved import INTEGRALS
+from tt_precise.runtime.values import Check
 
 # Causes are tested elsewhere.
 pytestmark = pytest.mark.usefixtures("no_cause")
@@ -158,3 +163,81 @@ def test_a_limit_may_have_the_name_of_the_quantity() -> None:
         chosen_limits({"E": 1e-9, "energy": 1e-6})
     with pytest.raises(tt.InputError, match=r"limit: got 'jelet', .*; did you mean 'jellett'"):
         chosen_limits({"jelet": 1e-9})
+
+
+FAULTS = ("damped motion", "no gyroscopic term", "normal force is the weight", "friction pushes")
+
+
+@pytest.mark.parametrize(
+    ("fault", "hertz"),
+    [
+        *((fault, 240) for fault in FAULTS),
+        *(more(fault, hertz) for fault in FAULTS for hertz in (60, 960)),
+    ],
+)
+def test_planted_faults_of_an_engine_fail(engine: Engine, fault: str, hertz: int) -> None:
+    rows = engine(hertz, 0.5, fault=fault)
+    assert check(rows, "reference").verdict == "fail"
+    assert check(rows, "reference", friction="other").verdict != "pass"
+
+
+@pytest.mark.parametrize("law", ["viscous", "regularised", more("stribeck"), more("soft")])
+def test_right_engines_of_every_law_pass(engine: Engine, law: str) -> None:
+    rows = engine(960, 0.25, law)
+    found = check(rows, "reference", friction="other")
+    assert not found.failures, str(found)
+    assert (check(rows, "reference").verdict == "fail") == (law != "viscous")
+
+
+def residuals_of(rows: Rows, **parts: float | numpy.ndarray) -> StepResiduals:
+    """Return residuals that are 0 but for ``parts``, about x; ``bound`` is that of the momentum."""
+    count = len(rows.t) - 1
+    bounds = {name: numpy.zeros(count) for name in ("rotation", "position", "momentum")}
+    bounds["momentum"] = bounds["momentum"] + parts.pop("bound", 0.0)
+    values = {name: numpy.zeros((3, count)) for name in bounds}
+    for name, value in parts.items():
+        values[name][0] = value
+    return StepResiduals(values["rotation"], values["position"], values["momentum"], bounds)
+
+
+def test_intervals_and_sums_count_by_their_factors(healthy: Healthy, monkeypatch: Patch) -> None:
+    """An interval of the attitude counts ten times, the mean torque twice."""
+    rows = rows_of(healthy("reference", 101, 1)[VECTORS], friction="other")
+    monkeypatch.setattr(checks, "obeys_scene", lambda rows: False)
+    unit = torque_unit(rows.body) * float(numpy.diff(rows.t)[0])
+    alone = numpy.zeros(100)
+    alone[50] = 1.0
+    first = numpy.zeros(100)
+    first[:9] = 1.0  # a mean over fewer than ten intervals says no more than they do
+    gap = numpy.where(alone > 0, numpy.inf, 0.0)
+
+    def judged(name: str, **parts: float | numpy.ndarray) -> Check:
+        monkeypatch.setattr(checks, "deciding_steps", lambda rows: residuals_of(rows, **parts))
+        (check,) = (one for one in checks.CHECKS if one.name == name)
+        return check.result(rows, check.limit)
+
+    for name, parts, value, verdict in (
+        ("kinematics", {"rotation": 0.9e-3 * alone}, 0.9e-2, "pass"),
+        ("kinematics", {"rotation": 1.1e-3 * alone}, 1.1e-2, "fail"),
+        ("kinematics", {"rotation": 1.1e-4}, 1.1e-2, "fail"),  # the sum
+        ("contact_momentum", {"momentum": 0.9e-4 * unit * alone}, 0.9e-4, "pass"),
+        ("contact_momentum", {"momentum": 1.1e-4 * unit * alone}, 1.1e-4, "fail"),
+        ("contact_momentum", {"momentum": 0.6e-4 * unit}, 1.2e-4, "fail"),  # the mean
+        ("contact_momentum", {"momentum": 0.6e-4 * unit * first}, 1.2e-4 * 9 / 11, "pass"),
+        ("contact_momentum", {"bound": 0.29 * unit}, 0.0, "pass"),
+        ("contact_momentum", {"bound": 0.31 * unit}, 0.0, "open"),
+        ("contact_momentum", {"bound": gap}, 0.0, "open"),  # a fault may hide in any interval
+    ):
+        check = judged(name, **parts)
+        assert check.verdict == verdict, (name, parts)
+        assert check.value == pytest.approx(value, rel=1e-6, abs=1e-12)
+    assert judged("contact_momentum", bound=0.29 * unit).bound == pytest.approx(0.29, rel=1e-6)
+
+
+@pytest.mark.parametrize(("depth", "verdict"), [(0.09, "pass"), (0.11, "fail")])
+def test_a_table_may_give_way_by_a_tenth_of_the_radius(depth: float, verdict: str) -> None:
+    frame = pose([n / 960 for n in range(100)])
+    sunk = frame.assign(z=frame["z"] - depth * 0.02)
+    found = check(sunk, "reference", friction="other")
+    assert (found["kinematics"].verdict == "fail") == (verdict == "fail")
+    assert check(sunk, "reference")["kinematics"].verdict == "fail"

@@ -86,7 +86,7 @@ class RowCheck(NamedTuple):
         # a check that does not apply is skipped, whatever the file lacks besides
         for requirement in sorted(missing, key=lambda one: one.verdict != "skipped"):
             return Check(
-                self.name, requirement.verdict, note=requirement.reason(rows), meaning=self.meaning
+                self.name, requirement.verdict, note=requirement.words(rows), meaning=self.meaning
             )
         return judge_values(self, rows.t, self.run(rows), limit)
 
@@ -122,18 +122,30 @@ def judge_values(check: RowCheck, t: Array, residual: Residual, limit: float) ->
 
 
 class Requirement(NamedTuple):
-    """A quantity that a check needs: the test, the verdict without it, and the reason."""
+    """A quantity that a check needs: the test, the verdict without it, and the reason.
+
+    The reason may name the columns of the ``velocity`` and of the ``height``.
+    """
 
     holds: Callable[[Rows], bool]
     verdict: Any
-    reason: Callable[[Rows], str]
+    reason: str
+
+    def words(self, rows: Rows) -> str:
+        """Return the reason with the names of the columns."""
+        columns = rows.assumed.columns
+        return self.reason.format(
+            velocity=", ".join(columns.velocity), height=", ".join(columns.height)
+        )
 
 
 def has_force(rows: Rows) -> bool:
     """Test that the contact force follows from the state."""
-    scene = rows.assumed.scene
-    free = rows.assumed.flying or rows.has_height or not scene.lifts
-    return rows.assumed.friction == "scene" and free
+    return rows.assumed.friction == "scene" and _has_height(rows)
+
+
+def _has_height(rows: Rows) -> bool:
+    return rows.assumed.flying or rows.has_height or not rows.assumed.scene.lifts
 
 
 def _dissipates(rows: Rows) -> bool:
@@ -141,64 +153,36 @@ def _dissipates(rows: Rows) -> bool:
     return not (assumed.rolling or assumed.flying) and (body.mu != 0 or bool(body.spring))
 
 
-def _vertical(rows: Rows) -> bool:
+def _rises(rows: Rows) -> bool:
     rises = rows.has_height and not rows.assumed.flying
     return "vcz" in rows.given or rises or rows.assumed.rolling
 
 
-def _columns(names: Callable[[Rows], Iterable[str]], what: str) -> Callable[[Rows], str]:
-    return lambda rows: f"needs {what}: columns {', '.join(names(rows))}"
+def _slips(rows: Rows) -> bool:
+    return not rows.assumed.rolling or rows.assumed.columns.velocity[0] in rows.given
 
 
-_HEIGHT = _columns(lambda rows: rows.assumed.columns.height, "the height of the lowest point")
-REQUIREMENTS = {
-    "azimuth": Requirement(
-        lambda rows: rows.assumed.columns.azimuth, "open",
-        lambda rows: "needs the direction of the axis, which Euler angles without phi lack",
-    ),
-    "velocity": Requirement(
-        lambda rows: rows.has_velocity, "open",
-        _columns(lambda rows: rows.assumed.columns.velocity, "the velocity"),
-    ),
-    "velocity columns": Requirement(
-        lambda rows: not rows.assumed.rolling or rows.assumed.columns.velocity[0] in rows.given,
-        "skipped", lambda rows: "v_A = 0 by construction",
-    ),
-    "vertical velocity": Requirement(
-        _vertical, "skipped", lambda rows: "needs the vertical velocity: column vcz"
-    ),
-    "contact": Requirement(
-        lambda rows: not rows.assumed.flying, "skipped", lambda rows: "there is no contact"
-    ),
-    "scene's force": Requirement(
-        lambda rows: rows.assumed.friction == "scene", "skipped",
-        lambda rows: "holds under the scene's own contact force only",
-    ),
-    "height": Requirement(
-        lambda rows: rows.assumed.flying or rows.has_height or not rows.assumed.scene.lifts,
-        "open", _HEIGHT,
-    ),
-    "potential": Requirement(
-        lambda rows: rows.has_height or not rows.assumed.scene.lifts, "open", _HEIGHT,
-    ),
-    "rigid table": Requirement(
-        lambda rows: not rows.assumed.scene.lifts, "skipped",
-        lambda rows: "the top may leave the table",
-    ),
-    "dissipation": Requirement(
-        _dissipates, "skipped", lambda rows: "nothing is dissipated: see energy"
-    ),
-    "axis": Requirement(
-        lambda rows: "kx" in rows.given, "skipped", lambda rows: "|k| = 1 by construction"
-    ),
-    "quaternion": Requirement(
-        lambda rows: "qw" in rows.given, "skipped", lambda rows: "no quaternion among the columns"
-    ),
-    "rows": Requirement(
-        lambda rows: len(rows.t) >= FINE or obeys_scene(rows), "open",
-        lambda rows: f"needs at least {FINE} rows",
-    ),
-}  # fmt: skip
+HEIGHT = "needs the height of the lowest point: columns {height}"
+REQUIREMENTS = {name: Requirement(*row) for name, row in {
+    "azimuth": (lambda rows: rows.assumed.columns.azimuth, "open",
+                "needs the direction of the axis, which Euler angles without phi lack"),
+    "velocity": (lambda rows: rows.has_velocity, "open",
+                 "needs the velocity: columns {velocity}"),
+    "velocity columns": (_slips, "skipped", "v_A = 0 by construction"),
+    "vertical velocity": (_rises, "skipped", "needs the vertical velocity: column vcz"),
+    "contact": (lambda rows: not rows.assumed.flying, "skipped", "there is no contact"),
+    "scene's force": (lambda rows: rows.assumed.friction == "scene", "skipped",
+                      "holds under the scene's own contact force only"),
+    "height": (_has_height, "open", HEIGHT),
+    "potential": (lambda rows: rows.has_height or not rows.assumed.scene.lifts, "open", HEIGHT),
+    "rigid table": (lambda rows: not rows.assumed.scene.lifts, "skipped",
+                    "the top may leave the table"),
+    "dissipation": (_dissipates, "skipped", "nothing is dissipated: see energy"),
+    "axis": (lambda rows: "kx" in rows.given, "skipped", "|k| = 1 by construction"),
+    "quaternion": (lambda rows: "qw" in rows.given, "skipped", "no quaternion among the columns"),
+    "rows": (lambda rows: len(rows.t) >= FINE or obeys_scene(rows), "open",
+             f"needs at least {FINE} rows"),
+}.items()}  # fmt: skip
 
 
 # ---- row by row --------------------------------------------------------------------------------
@@ -390,10 +374,8 @@ def _energy_balance(rows: Rows) -> Residual:
 def obeys_scene(rows: Rows) -> bool:
     """Test that the rows obey the scene's own equations, to its usual limit."""
     if "obeys scene" not in rows.cache:
-        scene = rows.assumed.scene
-        known = rows.assumed.flying or rows.has_height or not scene.lifts
         obeys = False
-        if known and rows.has_velocity and rows.rounding < PAPER_LIMIT:
+        if _has_height(rows) and rows.has_velocity and rows.rounding < PAPER_LIMIT:
             residual = _equations(rows)
             good = residual.values.max() <= PAPER_LIMIT and residual.bound <= PAPER_LIMIT
             obeys = bool(good and not residual.unresolved)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -64,6 +64,11 @@ ROUGH, PART = 0.02, 0.25
 # Misfits of Jellett's integral and of the contact point that any convention may have. Beyond them
 # the least one of all conventions is a measure of an engine's own errors.
 SMALL, FACTOR = 1e-4, 10.0
+CHOICES: Mapping[str, Sequence[Any]] = {
+    "length": (*LENGTH,), "point": ("cm", "centre", "contact"), "place": ("cm", "centre"),
+    "up": (*UP,), "axis": AXES, "order": ("scalar first", "scalar last"),
+    **dict.fromkeys(("inverse", "in_body", "opposite", "velocity_in_body"), (False, True)),
+}  # fmt: skip
 MOST_PARTIAL, MOST_TRIED = 32, 24  # candidates of the first stage, and of the last one
 
 
@@ -105,14 +110,12 @@ class Convention:
         """Describe the differences from ours, with the options that read the file."""
         parts = [time_in_words(self.time)] * (self.time != "s")
         if (self.up, self.hand) != ("z", "right"):
-            left = "left-handed, " if self.hand == "left" else ""
-            name = next((n for n, world in WORLDS.items() if world == (self.up, self.hand)), "")
-            option = f": add --world {name}" if name else ""
+            left = "left-handed, " * (self.hand == "left")
+            names = [name for name, world in WORLDS.items() if world == (self.up, self.hand)]
+            option = "".join(f": add --world {name}" for name in names)
             parts.append(f"the world is {left}{self.up} up{option}")
-        if self.axis == "-z":
-            parts.append("the axis points to the other end of the body")
-        elif self.axis != "z":
-            option = f": add --axis {self.axis}" if self.axis in AXES else ""
+        if self.axis != "z":
+            option = f": add --axis {self.axis}" * (self.axis in AXES)
             parts.append(f"the body's symmetry axis is {self.axis}{option}")
         for name, text in WORDS.items():
             value = getattr(self, name)
@@ -213,20 +216,22 @@ def _ends(t: Array) -> tuple[Array, Array]:
     return first, first + 1
 
 
+def _variants(found: Iterable[Convention], *names: str) -> list[Convention]:
+    """Return conventions with every combination of choices of the properties ``names``."""
+    values = list(itertools.product(*(CHOICES[name] for name in names)))
+    return [replace(one, **dict(zip(names, v, strict=True))) for one in found for v in values]
+
+
 def _by_attitude(rows: Rows) -> list[Convention]:
     """Return conventions in which the free motions from both ends of an interval meet half way."""
     first, last = _ends(rows.t)
     units = [(time, angle) for time in _units_of_time(rows) for angle in ANGLE]
     scale = numpy.array([TIME[time] * ANGLE[angle] for time, angle in units])[:, None]
     half = scale * numpy.diff(rows.given["t"])[first] / 2
-    turned = (2 * half * numpy.sqrt((stacked(rows.given, OMEGA) ** 2).sum(axis=0))[first]).max(
-        axis=1
-    )
+    speed = numpy.sqrt((stacked(rows.given, OMEGA)[:, first] ** 2).sum(axis=0))
+    turned = (2 * half * speed).max(axis=1)
     found, misfits = [], []
-    for order, inverse, in_body, opposite, axis in itertools.product(
-        ("scalar first", "scalar last"), *3 * ((False, True),), AXES
-    ):
-        one = Convention("s", "m", "rad", "z", "right", axis, order, inverse, in_body, opposite)
+    for one in _variants([OURS], "axis", "order", "inverse", "in_body", "opposite"):
         columns = convert(rows.given, one, rows.body)
         q, w = unit(stacked(columns, QUATERNION)), stacked(columns, OMEGA)
         moved = _rms(_angle(q[:, last], q[:, first]))
@@ -260,35 +265,25 @@ def _rotation(rate: Array, t: Array) -> Array:
 
 def _by_jellett(rows: Rows, found: Sequence[Convention]) -> list[Convention]:
     """Return verticals and ends of the axis for which Jellett's integral is constant."""
-    worlds = [
-        replace(one, up=up, axis=end + one.axis) for one in found for up in UP for end in ("", "-")
-    ]
+    ends = [replace(one, axis=end + one.axis) for one in found for end in ("", "-")]
+    worlds = _variants(ends, "up")
     return _least(worlds, [_jellett_drift(_in_ours(rows, one)) for one in worlds])
 
 
 def _by_contact(rows: Rows, found: Sequence[Convention]) -> list[Convention]:
     """Return points and units for which the contact point stays on the table, in one hand."""
-    groups: list[dict[str, Sequence[Any]]] = []
+    groups: list[tuple[str, ...]] = []
     if VELOCITY[0] in rows.given:
-        points = ("cm", "centre", "contact")
-        groups.append({"length": (*LENGTH,), "point": points, "velocity_in_body": (False, True)})
+        groups.append(("length", "point", "velocity_in_body"))
     if POSITION[2] in rows.given:
-        lengths = {} if groups else {"length": (*LENGTH,)}
-        groups.append({**lengths, "place": ("cm", "centre")})
-    for choices in groups:
-        every = [
-            replace(one, **dict(zip(choices, values, strict=True)))
-            for one in found
-            for values in itertools.product(*choices.values())
-        ]
-        misfits = [_off_table(_in_ours(rows, one), "place" in choices) for one in every]
+        groups.append(("place",) if groups else ("length", "place"))
+    for names in groups:
+        every = _variants(found, *names)
+        misfits = [_off_table(_in_ours(rows, one), "place" in names) for one in every]
         found = _least(every, misfits)
     sign = _sign_of_jellett(rows)
-    hands = [sign * _jellett(_in_ours(rows, one))[0] >= 0 for one in found]
-    found = [
-        replace(one, hand="right" if right else "left")
-        for one, right in zip(found, hands, strict=True)
-    ]
+    mirrored = [one for one in found if sign * _jellett(_in_ours(rows, one))[0] < 0]
+    found = [replace(one, hand="left") if one in mirrored else one for one in found]
     ordered = sorted((one for one in found if one != OURS), key=lambda one: one.changes)
     return ordered[:MOST_TRIED]
 
@@ -402,10 +397,8 @@ def _groups(few: Rows) -> Iterator[list[ColumnChange]]:
     for text, names, units in UNITS:
         if present & {*names.split()}:
             yield [(text.format(n), _scaled(names, u)) for n, u in units.items() if u != 1]
-    held = {**HELD, **(MIRRORED if few.assumed.start == "scene" else {})}
-    yield [
-        (text, _exchanged(held[text])) for text in held if held[text].partition("=")[0] in present
-    ]
+    held = HELD | (MIRRORED if few.assumed.start == "scene" else {})
+    yield [(text, _exchanged(by)) for text, by in held.items() if by.partition("=")[0] in present]
     for text, needed, change in DERIVED:
         if {*needed.split()} <= present:
             yield [(text, change)]

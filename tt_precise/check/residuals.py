@@ -181,11 +181,12 @@ def _flow_residuals(whole: Rows, rows: Rows) -> StepResiduals:
         rotation = numpy.array(cross(tuple(k_there), tuple(k[:, 1:])))
     else:
         rotation = rotation_between(rows.motion.q[:, 1:], unit(end.state[:4]))
+    position = numpy.empty((3, 0)) if rows.motion.x is None else y[10:, 1:] - end.state[10:]
     bound, rotation_bound = end.error + ROUNDED * EPS, 2 * (end.error + ROUNDED * EPS)
     if not whole.assumed.columns.azimuth:
         rotation_bound = _inclination(k[:, 1:], rotation_bound)[0]
     steps = StepResiduals(
-        rotation, y[10:, 1:] - end.state[10:], momentum,
+        rotation, position, momentum,
         {"rotation": rotation_bound, "position": units["x"] * bound,
          "momentum": 4 * units["L"] * bound, "state": bound},
         state, energy / scale, end.least,
