@@ -103,12 +103,6 @@ def test_a_mixture_of_two_builds_is_refused(small: Small, file: str) -> None:
     assert len(tt.golden.load("reference", folder=small.folder)) == 7
 
 
-def test_a_scene_without_its_text_is_refused(small: Small, tmp_path: Path) -> None:
-    for scene in (small.scene.varied(mu="0.2"), replace(small.scene, text="")):
-        with pytest.raises(InputError, match="reference: got a scene that was made or changed"):
-            building.build([replace(scene, text="")], folder=tmp_path)
-
-
 def test_two_builds_do_not_share_a_folder(small: Small) -> None:
     with locked(small.folder, store.WORK), pytest.raises(InputError, match="another golden build"):
         building.build([small.scene], folder=small.folder, workers=1)

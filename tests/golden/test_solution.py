@@ -128,13 +128,6 @@ def test_the_tolerance_of_an_early_end_follows_the_digits(
     assert distance.compared.tolist() == [True, True, compared]
 
 
-def test_rows_after_an_early_end_are_not_compared() -> None:
-    rows, scene = at_the_end(0.1, 0.0), load_scene("contact-lost")
-    distance = TrueSolution(scene).distance(rows)
-    assert distance.compared.tolist() == [True, True, False]
-    assert "leaves the table at 1.33" in distance.ended
-
-
 def test_golden_data_of_another_start_are_not_used() -> None:
     scene = load_scene("reference").varied(omega_3="154", until="0.05")
     assert TrueSolution(scene).golden is None

@@ -47,15 +47,6 @@ def test_only_content_changes_the_hash(other: str, same: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
-    [("", "header"), ("t,t\n0,0\n", "different names"), ("t,kx\n0,1\n0,1,2\n", "line 3")],
-)
-def test_text_that_is_no_table_is_refused(text: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        Table.parse(text)
-
-
-@pytest.mark.parametrize(
     ("values", "text"),
     [
         # all 34 digits, correctly rounded; fewer where values differ
