@@ -170,7 +170,6 @@ def test_a_quantity_as_an_event_has_its_extrema(half: Scene, chosen: dict[str, A
     [
         lambda q: q.omega[2] / numpy.linalg.norm(q.omega),
         lambda q: numpy.array(q.omega),
-        lambda q: 1e-12 * numpy.linalg.norm(q.omega),
         lambda q: q.omega[2] - numpy.sum(numpy.sqrt(0.0995 - q.euler.theta)),
     ],
 )
