@@ -35,9 +35,9 @@ from tt_precise.scene.scene import Scene
 from tt_precise.taylor.system import StepBlock, System, number, numbers_of, order_of
 
 
-# Above the tolerances of ``digits=``: the finer run of a run in double, which a process needs once.
-# Code of level 0 saves 0.12 s of compiling, more than its steps lose up to 27,000 of them.
-COARSE = 1e-18
+# Above it lie the finer run of a run in double and the coarsest level of ``digits=``, whose code of
+# level 0 saves 0.12 s of compiling: more than its steps lose, up to 27,000 of them.
+COARSE = 1e-19
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
@@ -56,7 +56,7 @@ def run(
 
 
 @lru_cache(maxsize=32)
-def _compiled(setup: Setup) -> tuple[System, tuple[str, ...]]:
+def _compiled(setup: Setup, brief: bool) -> tuple[System, tuple[str, ...]]:
     """Return a system whose outputs are the functions that end a phase, and their names."""
     form, layout, phase = setup.formulation, setup.layout, setup.phase
     size, ends = len(form.parameters), dict[str, Scalar]()
@@ -71,7 +71,6 @@ def _compiled(setup: Setup) -> tuple[System, tuple[str, ...]]:
         return layout.rates(body, components, fn), list(ends.values())
 
     limbs, parameters = setup.precision.doubles, size + phase.has_clock
-    brief = phase.brief or (setup.tolerance or 0) > COARSE
     system = System(limbs, len(layout.columns), parameters, define, brief=brief)
     return system, tuple(ends)
 
@@ -122,7 +121,8 @@ class _DoublesRun:
         self.setup, self.start, self.fn = setup, start, setup.precision.context
         self.size, self.steps = len(setup.layout.columns), 0
         self.losses = int(no_contact_at_start(setup, start))
-        self.system, names = _compiled(setup.but(tolerance=0.0, contact="", events=()))
+        brief = setup.phase.brief or bool(setup.tolerance and setup.tolerance > COARSE)
+        self.system, names = _compiled(setup.but(tolerance=0.0, contact="", events=()), brief)
         ends = tuple(
             Event(name, partial(_end_function, setup, start, name), name, -1, smooth=True)
             for name in names
