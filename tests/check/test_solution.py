@@ -104,6 +104,21 @@ def test_columns_beside_the_state_agree_with_it(name: str, friction: str) -> Non
     assert f"{name} does not agree with the vectors columns" in wrong["agreement"].note
 
 
+def test_a_quaternion_beside_vectors_has_their_axis_and_turns_with_their_spin() -> None:
+    run = tt.integrate("reference", record=("phi", "psi"))
+    quaternion = ("qw", "qx", "qy", "qz")
+    frame = run.frame(*VECTORS[1:], *quaternion, times=[0.001 * n for n in range(101)])
+    assert check(frame, "reference").passed
+    tilted = frame.assign(qx=frame["qx"] + 1e-3)
+    assert check(tilted, "reference")["agreement"].note.startswith("the quaternion does not agree")
+    half = 0.5 * numpy.arange(len(frame)) % 1.0  # turned about the axis, by another angle each
+    c, s = numpy.cos(half), numpy.sin(half)
+    w, x, y, z = (frame[name].to_numpy() for name in quaternion)
+    turned = (w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s)
+    found = check(frame.assign(**dict(zip(quaternion, turned, strict=True))), "reference")
+    assert (found["agreement"].verdict, found["kinematics"].verdict) == ("open", "fail")
+
+
 def test_a_column_that_nothing_determines_is_left_open() -> None:
     run = tt.integrate("reference", until="0.2")
     frame = run.frame(*EULER[1:], "Lx", "kz")

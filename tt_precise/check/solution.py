@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy
 
-from tt_precise.check.columns import OMEGA, QUATERNION, TRACK, VELOCITY, unit
+from tt_precise.check.columns import OMEGA, QUATERNION, TRACK, VELOCITY
 from tt_precise.check.law_flow import EPS
+from tt_precise.check.residuals import norm
 from tt_precise.check.rows import Rows
 from tt_precise.golden.solution import ComparedRows, Distance, TrueSolution, without_revolutions
 from tt_precise.mechanics.conversion import axis_of
@@ -26,7 +27,6 @@ from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import jellett
-from tt_precise.mechanics.vectors import cross, dot, multiplied
 from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
 from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
@@ -255,10 +255,10 @@ def agreement(rows: Rows, followed: set[str]) -> Check:
     bound, worst, wrong, at = 4 * rows.rounding, 0.0, "", 0
     columns = {name: (rows.given[name], values) for name, values in expected.items()}
     column_sizes = _sizes(rows, expected)
-    if "qw" in extra and assumed.columns.azimuth:
-        turned = _shortest_turn(rows)
-        columns |= {n: (rows.given[n], v) for n, v in zip(QUATERNION, turned, strict=True)}
-        column_sizes |= dict.fromkeys(QUATERNION, 1 + 0 * rows.t)
+    if "qw" in extra and assumed.columns.azimuth:  # the turn about the axis is no part of the state
+        axis = numpy.array(axis_of(*(rows.given[name] for name in QUATERNION)))
+        columns["the quaternion"] = norm(axis - rows.motion.k), 0 * rows.t
+        column_sizes["the quaternion"] = 1 + 0 * rows.t
     for name, (values, true) in columns.items():
         off = abs(without_revolutions(name, values - true)) / column_sizes[name] - bound
         off = numpy.where(numpy.isfinite(off), off, 0.0)  # ``finite`` counts the others
@@ -285,17 +285,6 @@ def _sizes(rows: Rows, columns: Mapping[str, Array]) -> dict[str, Array]:
     further |= dict.fromkeys(("vcx", "vcy", "vcz"), by_rule["vx"])
     further["phi"] = 1 / numpy.hypot(rows.state.kx, rows.state.ky)
     return {name: further.get(name, by_rule.get(name)) for name in columns}
-
-
-def _shortest_turn(rows: Rows) -> Array:
-    """Return the file's quaternions, turned the shortest way to the state's axis.
-
-    The turn about the axis is not in the state: ``kinematics`` follows it in time.
-    """
-    given = numpy.array([rows.given[name] for name in QUATERNION])
-    own, k = axis_of(*given), tuple(rows.motion.k)
-    half = unit(numpy.array((1 + dot(own, k), *cross(own, k))))
-    return numpy.array(multiplied(tuple(half), tuple(given)))
 
 
 # ---- the solution ------------------------------------------------------------------------------
