@@ -34,7 +34,6 @@ from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.scene import Scene
 from tt_precise.taylor.system import StepBlock, System, number, numbers_of, order_of
 
-
 # Above it lie the finer run of a run in double and the coarsest level of ``digits=``, whose code of
 # level 0 saves 0.12 s of compiling: more than its steps lose, up to 27,000 of them.
 COARSE = 1e-19
