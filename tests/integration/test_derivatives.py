@@ -125,6 +125,7 @@ def test_other_sigmas_and_entries_are_refused(short: Scene, sigmas: Any) -> None
 
 
 OFF = LINEAR + 0.2  # Distance of a range from that of its slope.
+HINT = " (until=10 would do)"
 
 
 @pytest.mark.parametrize(
@@ -135,13 +136,14 @@ OFF = LINEAR + 0.2  # Distance of a range from that of its slope.
         (1 - OFF, NAN, [-1, 1], (1, -1, 1, "not linear in mu")),
         (0, 0, [2, 2], (1, 0, 2, "not linear in mu")),
         (1, 0, [None, 1], (1, 0, 1, "no scene at mu - sigma")),
-        (1, 0, [NAN, 1], (NAN, NAN, 1, "no value before the run ends, at mu - sigma")),
-        (1, 0, [-1, NAN], (NAN, -1, NAN, "no value before the run ends, at mu + sigma")),
+        (1, 0, [NAN, 1], (NAN, NAN, 1, "no value before the run ends, at mu - sigma" + HINT)),
+        (1, 0, [-1, NAN], (NAN, -1, NAN, "no value before the run ends, at mu + sigma" + HINT)),
     ],
 )
 def test_ends_of_a_range(slope: float, error: float, sides: Any, expected: Any) -> None:
+    later = [{"equator": Fraction(10)}] * 2
     changes = [None if x is None else {"equator": x} for x in sides]
-    row = combine("equator", 0, [Effect("mu", {"equator": (slope, error)}, changes)])
+    row = combine("equator", 0, [Effect("mu", {"equator": (slope, error)}, changes, later)])
     keys = ("sigma", "low", "high", "note")
     assert [row[key] for key in keys[:3]] == pytest.approx(expected[:3], nan_ok=True)
     assert row["note"] == expected[3]
@@ -152,3 +154,23 @@ def test_an_entry_without_an_effect_has_no_range() -> None:
     table = integrate("kicked", until=4, sensitivity="m").sensitivity.spread({"m": "0.001"})
     assert (table["sigma"] < 1e-15 * table["value"].abs()).all()
     assert set(table["note"]) == {"m varied at fixed I1 (m R^2), I3 (m R^2)"}
+
+
+@pytest.mark.evidence
+def test_a_range_without_an_end_names_a_horizon_that_has_it() -> None:
+    """In that horizon every row has a sigma, also the duration of the climb."""
+    run = integrate("reference", sample_every=8, sensitivity="mu")
+    table = run.sensitivity.spread({"mu": 0.015})
+    assert "at mu - sigma (until=10 would do)" in table.loc["A.duration", "note"]
+    assert numpy.isnan(table.loc["A.duration", ["sigma", "high"]].astype(float)).all()
+    longer = integrate("reference", until=10, sample_every=10, sensitivity="mu")
+    table = longer.sensitivity.spread({"mu": 0.015})
+    assert table["sigma"].notna().all()
+    climb = run.inversion.A
+    assert table.loc["A.duration", "value"] == pytest.approx(climb.t_end - climb.t_init, abs=1e-9)
+
+
+def test_an_equator_that_is_not_passed_has_a_row_that_says_so() -> None:
+    row = integrate("kicked", until="5/2", sensitivity="mu").sensitivity.spread({}).loc["equator"]
+    assert numpy.isnan(row["value"])
+    assert row["note"] == "not passed by 2.5 s, the end of the run (until=5 would do)"

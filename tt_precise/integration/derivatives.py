@@ -39,6 +39,7 @@ POWERS = (2 / 7, 3 / 7)
 AT_A_POLE, NEAR_A_POLE = (*POWERS, 4 / 7, 5 / 7), (1 / 52, 1 / 26, *POWERS)
 NEAR = Fraction(1, 2**20)  # Tilt in rad whose square is lost beside 1 in half of double-double.
 LINEAR = 0.1  # Part of a range by which a linear one may differ: a sigma has one or two digits.
+LONGER = (Fraction(5, 4), Fraction(2), Fraction(4))  # Horizons tried for a time that is missing.
 RATES = ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
 Values = dict[str, Any]
@@ -47,12 +48,13 @@ Values = dict[str, Any]
 class Effect(NamedTuple):
     """Effects of an entry on values: to first order, with errors, and at -sigma and +sigma.
 
-    A side is None if the scene refuses it; a value that is missing there is NaN.
+    A side is None if the scene refuses it; ``later`` has horizons at which missing values exist.
     """
 
     name: str
     linear: dict[str, tuple[float, float]]
     sides: list[dict[str, float] | None]
+    later: list[dict[str, Fraction]]
 
 
 class Derivatives:
@@ -125,7 +127,7 @@ class Derivatives:
             changed by its sigma, down and up; "sigma", half of this range (GUM, 5.1.3, note 2).
             Contributions of several entries are added in quadrature. "note" says in which entries
             the range is not linear. Where a changed run has no value before it ends, sigma and the
-            open end are NaN. A time that does not exist has no row.
+            open end are NaN, and "note" has a horizon that would do.
         """
         import pandas
 
@@ -143,6 +145,11 @@ class Derivatives:
         centre |= {name: float(columns_of(self.run, [name], [end])[name][0]) for name in columns}
         effects = [self._effect(name, sigma, values) for name, sigma in exact.items() if sigma]
         rows = {key: combine(key, value, effects) for key, value in centre.items()}
+        if "equator" not in rows:
+            later = self._later(self._centre, {"equator"}).get("equator")
+            note = f"not passed by {float(self.run.t_end):g} s, the end of the run{_hint(later)}"
+            rows["equator"] = dict.fromkeys(("value", "sigma", "low", "high"), math.nan)
+            rows["equator"] |= {"note": note}
         if kept := kept_fixed(exact, self.run.scene.sizes):
             for row in rows.values():
                 row["note"] = f"{row['note']}; {kept}".removeprefix("; ")
@@ -158,21 +165,38 @@ class Derivatives:
             return {key: float(changed.get(key, math.nan) - middle[key]) for key in middle}
 
         runs = [self._changed(name, sign * sigma) for sign in (-1, 1)]
-        return Effect(name, linear, [changes(run) if run else None for run in runs])
+        sides = [changes(run) if run else None for run in runs]
+        missing = [{key for key, x in (side or {}).items() if math.isnan(x)} for side in sides]
+        later = [self._later(run, keys) for run, keys in zip(runs, missing, strict=True)]
+        return Effect(name, linear, sides, later)
+
+    def _later(self, run: Solution | None, missing: set[str]) -> dict[str, Fraction]:
+        """The horizons, of ``LONGER``, at which a run has times that are missing."""
+        horizons: dict[str, Fraction] = {}
+        for factor in LONGER:
+            if run and missing - horizons.keys():
+                scene = run.scene.varied(until=run.scene.until * factor)
+                longer = solve(scene, self._setup("double", 0.0))
+                horizons = dict.fromkeys(_times(longer), scene.until) | horizons
+        return horizons
 
     def _end(self, names: Iterable[str]) -> Fraction:
         """The last sample time that the trajectory and its changed runs reach."""
         runs = [run for name in names for pair in self._sides(name) for run, _ in pair]
         return min(run.sample_times[-1] for run in (self.run, *runs))
 
+    def _setup(self, precision: str, tolerance: float) -> Setup:
+        return Setup.of(
+            self.run.scene, precision, events=NEEDED, record=(),
+            contact=self.run.setup.contact, tolerance=tolerance,
+        )  # fmt: skip
+
     @cached_property
     def _fine(self) -> Setup:
         """The set-up of the runs whose differences are quotients and ranges."""
-        quad = bool(refused_in_doubles(self.run.scene))
-        return Setup.of(
-            self.run.scene, "quad" if quad else "double-double", events=NEEDED, record=(),
-            contact=self.run.setup.contact, tolerance=0.0 if quad else TOLERANCE,
-        )  # fmt: skip
+        if refused_in_doubles(self.run.scene):
+            return self._setup("quad", 0.0)
+        return self._setup("double-double", TOLERANCE)
 
     @cached_property
     def _centre(self) -> Solution:
@@ -232,18 +256,22 @@ def combine(key: str, value: float, effects: Sequence[Effect]) -> dict[str, Any]
     size = max(numpy.hypot.reduce(numpy.nan_to_num(ranges))[:2])
     for effect in effects:
         slope, error = effect.linear.get(key, (math.nan, math.nan))
-        for sign, side in zip((-1, 1), effect.sides, strict=True):
+        for sign, side, later in zip((-1, 1), effect.sides, effect.later, strict=True):
             place = f"{effect.name} {'+' if sign > 0 else '-'} sigma"
             if side is None:
                 notes["no scene at"].append(place)
             elif math.isnan(side[key]):
-                notes["no value before the run ends, at"].append(place)
+                notes["no value before the run ends, at"].append(place + _hint(later.get(key)))
             elif not abs(side[key] - sign * slope) <= LINEAR * size + error:
                 notes["not linear in"].append(effect.name)
     return {
         "value": value, "sigma": sigma, "low": value - down, "high": value + up,
         "note": "; ".join(f"{text} {', '.join(dict.fromkeys(n))}" for text, n in notes.items()),
     }  # fmt: skip
+
+
+def _hint(until: Fraction | None) -> str:
+    return f" (until={float(until):g} would do)" if until else ""
 
 
 def _times(run: Solution) -> Values:
