@@ -12,7 +12,6 @@ from typing import Any
 import numpy
 import pytest
 
-from tt_precise.integration import integrate
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Inclination, Scene, Start, load_scene, parse_scene, shipped
 
@@ -268,10 +267,3 @@ def test_the_same_top_rolls_and_does_not_glide() -> None:
             rolling.varied(**glides)
     with pytest.raises(InputError, match=r"model: got 'rollin', .*did you mean 'rolling'"):
         reference.varied(model="rollin")
-
-
-def test_a_scene_starts_at_a_state() -> None:
-    run = integrate("reference", until="1")
-    later = run.scene.from_state(run.at("0.5"), until="0.5", R="0.02")
-    assert (later.until, later.text, later.derived_from) == (Fraction(1, 2), "", {})
-    assert integrate(later).state.theta == pytest.approx(run.state.theta, abs=1e-10)

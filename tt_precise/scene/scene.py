@@ -128,17 +128,6 @@ class Scene:
         """
         return _from_tables(tables, name, "")
 
-    def from_state(self, state: Any, **run: Any) -> Scene:
-        """Return the scene that starts at a state: ``scene.from_state(trajectory.at("3.2"))``.
-
-        Time and azimuth begin at 0, so the motion is the old motion rotated about the vertical.
-        ``run`` has entries of [run], such as ``until``.
-
-        Raises ``InputError``: the axis is vertical, or an entry is refused.
-        """
-        start = Start.of_state(state, lifted=self.lifts)
-        return replace(self, start=start, text="").varied(**run)
-
     def varied(self, **changes: Any) -> Scene:
         """Return the scene with entries of its file replaced: ``varied(mu=0.2, R="18 mm")``.
 

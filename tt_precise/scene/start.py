@@ -11,7 +11,7 @@ from tt_precise.runtime.mpfr import decimal_text
 from tt_precise.runtime.values import Functions, InputError, Json, Scalar
 from tt_precise.scene.body import TippeTop
 from tt_precise.scene.entries import ENTRIES, brief, number_of, require_keys, written
-from tt_precise.scene.numerals import PI, as_fraction, exact, to_mpmath, within_doubles
+from tt_precise.scene.numerals import PI, exact, to_mpmath, within_doubles
 
 # Alternatives to omega_3, and to nu_x and nu_y.
 PSI_DOT, AT_REST = "psi_dot", "at_rest"
@@ -168,24 +168,6 @@ class Start:
         object.__setattr__(start, "_source", dict(given))
         return start
 
-    @staticmethod
-    def of_state(state: Any, *, lifted: bool = False) -> Start:
-        """The start at a ``State`` of a trajectory: its exact numbers, with azimuth 0.
-
-        The inclination is measured from the nearer pole if the axis is known as a vector, and
-        rounded to ``DERIVED_DIGITS`` digits. ``lifted`` includes height and rise.
-
-        Raises ``InputError``: the axis is vertical, so that the state has no Euler rates.
-        """
-        names = (*_ENTRIES[1:], *(LIFTED if lifted else ()))
-        numbers = {name: getattr(state, name) for name in names}
-        if None in numbers.values():
-            raise InputError(
-                "state: got a vertical axis, expected a tilted axis (Euler rates are undefined)"
-            )
-        kind: type[Start] = LiftedStart if lifted else Start
-        return kind(_inclination_of(state), **{n: as_fraction(x) for n, x in numbers.items()})
-
 
 @dataclass(frozen=True)
 class LiftedStart(Start):
@@ -256,22 +238,6 @@ def _arithmetic() -> tuple[Functions, Callable[[Fraction], Scalar]]:
     context = mpmath.MPContext()
     context.dps = DERIVED_DIGITS + 10
     return context, lambda value: to_mpmath(value, context)
-
-
-def _inclination_of(state: Any) -> Inclination:
-    context, convert = _arithmetic()
-
-    def number(name: str) -> Scalar:
-        return convert(as_fraction(getattr(state, name)))
-
-    if hasattr(state, "kz"):
-        across, along = context.hypot(number("kx"), number("ky")), number("kz")
-        offset = context.atan2(across, abs(along))
-        return Inclination(_to_decimal(offset), from_pi=bool(along < 0))
-    theta = number("theta")
-    if theta < _NEARLY_PI.numerator / _NEARLY_PI.denominator:
-        return Inclination(_to_decimal(theta))
-    return Inclination(_to_decimal(context.pi - theta), from_pi=True)
 
 
 def _to_decimal(value: Scalar) -> Fraction:
