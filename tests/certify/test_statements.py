@@ -169,10 +169,9 @@ def test_lost_contact_ends_the_proof(short: tt.Scene) -> None:
 def test_nothing_is_said_of_what_follows_the_horizon() -> None:
     # in the last step, which reaches beyond it, contact is lost: at 1.33692 s, 36.92 ms from 1.3 s
     late = tt.integrate("contact-lost", digits=15).at("1.3")
-    names = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
-    start = {name: str(getattr(late, name)) for name in names}
-    scene = tt.load_scene("contact-lost").varied(**start, until="0.0367")
-    proof = prove(scene)
+    scene = tt.load_scene("contact-lost")
+    start = {name: str(getattr(late, name)) for name in scene.start.components()}
+    proof = prove(scene.varied(**start, until="0.0367"))
     assert proof.observations.end is None
     assert proof.state("0.0367")["kx"] is not None
     assert proof.normal_force_bound > 0

@@ -15,10 +15,8 @@ def hdf5(path: Path) -> pandas.DataFrame:
     import h5py
 
     with h5py.File(path) as content:
-        text = {name: h5py.check_string_dtype(column.dtype) for name, column in content.items()}
-        return pandas.DataFrame(
-            {name: c.asstr()[:] if text[name] else c[:] for name, c in content.items()}
-        )
+        columns = {name: c.asstr() if c.dtype == object else c for name, c in content.items()}
+        return pandas.DataFrame({name: column[:] for name, column in columns.items()})
 
 
 # By suffix, for each of the formats that are written; text stays text.

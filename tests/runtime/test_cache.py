@@ -8,7 +8,7 @@ import pandas
 import pytest
 
 from tt_precise.runtime import cache
-from tt_precise.runtime.cache import cached_table, changed, code_of, fingerprint, packed, unpacked
+from tt_precise.runtime.cache import cached_table, changed, code_of, fingerprint, packed
 from tt_precise.runtime.cache import source_hash as hash_of
 
 TABLE = pandas.DataFrame({"name": ["a", "b"], "x": [1 / 3, 2e-300]})
@@ -42,7 +42,6 @@ def test_a_table_is_computed_once_for_each_definition(
     mark = fingerprint({"a": 1, "b": [2]})
     assert mark == fingerprint({"b": [2], "a": 1}) != fingerprint({"a": 1, "b": [3]})
     assert packed(TABLE, mark) == packed(TABLE.copy(), mark)  # without a date
-    assert unpacked(packed(TABLE, mark), "another") is None
 
 
 def test_a_record_names_the_sources_that_have_changed() -> None:

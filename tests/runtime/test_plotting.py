@@ -63,7 +63,6 @@ def test_thinning_keeps_every_extremum() -> None:
     assert (chosen[0], chosen[-1]) == (0, len(times) - 1)
     assert values[chosen].max() == 1e4
     assert values[chosen].min() == values.min()
-    assert len(plotting.thinned(times[:50], values[:50])) == 50
     # samples on the edges of spans fell into either, by the rounding of a machine
     times = numpy.arange(2801) / 350
     values = numpy.sin(40 * times)

@@ -1,5 +1,6 @@
 """Pools: a worker that dies fails alone, and none outlives its parent."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -26,18 +27,9 @@ from tt_precise.runtime.workers import (
 )
 
 SLEEP = f"600.{os.getpid()}"  # seconds, and how to find the process among those of other runs
-FIRST_SEEN = """(
-    __import__("os").getpid(),
-    __import__("builtins").__dict__.setdefault("seen " + name, __import__("time").monotonic_ns()),
-)"""
 
 
-def calls(count: int, taken: list[int] | None = None) -> Iterator[Call]:
-    """Calls with a number, which is noted in ``taken`` when a call is made."""
-    for number in range(count):
-        if taken is not None:
-            taken.append(number)
-        yield Call(number, (6, number))
+CALLS = [Call(number, (6, number)) for number in range(50)]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +42,7 @@ def two() -> Iterator[Pool]:
 @pytest.mark.parametrize("kind", [iter, list])
 def test_every_call_is_performed_once(executor: Executor, kind: Any) -> None:
     fractions: list[float] = []
-    pairs = Pool(executor, lambda: 2).perform(divmod, kind(calls(50)), fractions.append)
+    pairs = Pool(executor, lambda: 2).perform(divmod, kind(CALLS), fractions.append)
     results = {call.key: result for call, result in pairs}
     assert fractions == ([] if kind is iter else [n / 50 for n in range(1, 51)])
     assert results.pop(0).reason.startswith("ZeroDivisionError: ")
@@ -58,12 +50,11 @@ def test_every_call_is_performed_once(executor: Executor, kind: Any) -> None:
 
 
 def test_flight_is_bounded() -> None:
-    taken: list[int] = []
-    for done, _ in enumerate(local_pool(1).perform(divmod, calls(5, taken)), start=1):
-        assert len(taken) == done
-    taken.clear()
-    next(Pool(ThreadPoolExecutor(2), lambda: 2).perform(divmod, calls(40, taken)))
-    assert len(taken) == 2 * IN_FLIGHT_EACH
+    two = Pool(ThreadPoolExecutor(2), lambda: 2)
+    for pool, most in ((local_pool(1), 1), (two, 2 * IN_FLIGHT_EACH)):
+        numbers = itertools.count()
+        next(pool.perform(divmod, (Call(n, (6, n)) for n in numbers)))
+        assert next(numbers) == most
 
 
 def test_a_cancelled_task_is_a_failure() -> None:
@@ -71,7 +62,7 @@ def test_a_cancelled_task_is_a_failure() -> None:
     future.cancel()
     future.set_running_or_notify_cancel()
     executor: Any = Mock(submit=lambda *_: future)
-    ((_, failure),) = Pool(executor, lambda: 1).perform(divmod, calls(1))
+    ((_, failure),) = Pool(executor, lambda: 1).perform(divmod, CALLS[:1])
     assert isinstance(failure.error, WorkerDiedError)
 
 
@@ -167,9 +158,8 @@ def test_a_result_or_an_argument_that_cannot_be_sent_fails_its_task(two: Pool) -
 
 
 def test_a_group_shares_a_process_which_is_replaced_after_some_tasks(two: Pool) -> None:
-    names = [(name, n) for n in range(4) for name in "abc"]
-    tasks = [Call(key, (FIRST_SEEN, {"name": key[0]}), group=key[0]) for key in names]
-    results = {(call.group, result) for call, result in two.perform(eval, tasks)}
+    tasks = [Call(n, (), group=n % 3) for n in range(12)]
+    results = {(call.group, pid) for call, pid in two.perform(os.getpid, tasks)}
     assert len(results) == 3
     with local_pool(1, inline=False, recycle_after=2) as pool:
         pids = {pid for _, pid in pool.perform(os.getpid, [Call(n, ()) for n in range(6)])}

@@ -75,7 +75,7 @@ def command(
         )  # fmt: skip
     if out is not None:
         table = run.table(*columns, numbers="text")
-        if run.precision.name == "double" and not tables.format_of(out).text:
+        if run.precision.name == "double" and tables.format_of(out).package:
             table = {name: [t and float(t) for t in column] for name, column in table.items()}
         tables.write_table(out, table)
     if plot is not None:

@@ -73,7 +73,7 @@ def markdown(report: Report) -> str:
 
 def _environment(*, escaped: bool) -> Environment:
     environment = Environment(
-        loader=ChoiceLoader([PackageLoader("tt_precise.report"), player.templates()]),
+        loader=ChoiceLoader([*map(PackageLoader, ("tt_precise.report", "tt_precise.runtime"))]),
         autoescape=escaped, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
         keep_trailing_newline=True,
     )  # fmt: skip

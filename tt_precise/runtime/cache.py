@@ -30,7 +30,6 @@ SOURCES = (
 )  # fmt: skip
 PACKAGE = Path(__file__).parents[1]
 DIGITS = 12  # significant, in a cached table
-UNREADABLE = (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError)
 
 
 def fingerprint(definition: Json) -> str:
@@ -74,18 +73,14 @@ def cached_table(
     """
     mark = fingerprint(definition)
     for folder in _folders():
-        with contextlib.suppress(*UNREADABLE):
-            if (table := unpacked((folder / file).read_bytes(), mark)) is not None:
-                return table
+        with contextlib.suppress(OSError, EOFError, zlib.error, ValueError):
+            return unpacked((folder / file).read_bytes(), mark)
     content = packed(compute(), mark)
     for folder in _folders():
         with contextlib.suppress(InputError):  # read-only or full
             atomic_write(folder / file, content)
             break
-    # from the bytes, so that every reader gets the same digits
-    table = unpacked(content, mark)
-    assert table is not None
-    return table
+    return unpacked(content, mark)  # from the bytes, so that every reader gets the same digits
 
 
 def packed(table: pandas.DataFrame, mark: str) -> bytes:
@@ -94,18 +89,19 @@ def packed(table: pandas.DataFrame, mark: str) -> bytes:
     return gzip.compress(f"# {mark}\n{text}".encode(), mtime=0)
 
 
-def unpacked(content: bytes, mark: str) -> pandas.DataFrame | None:
-    """The table of a file; None for another definition."""
+def unpacked(content: bytes, mark: str) -> pandas.DataFrame:
+    """The table of a file; a ``ValueError`` for another definition."""
     import pandas
 
     text = gzip.decompress(content).decode("utf-8")
-    same = text.startswith(f"# {mark}\n")
-    return pandas.read_csv(io.StringIO(text), comment="#") if same else None
+    if not text.startswith(f"# {mark}\n"):
+        raise ValueError("another definition")
+    return pandas.read_csv(io.StringIO(text), comment="#")
 
 
 def _folders() -> list[Path]:
     checkout = PACKAGE.parent
     folders = [checkout / "reports/measured"] if (checkout / "pyproject.toml").is_file() else []
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(RuntimeError):
         folders.append(user_folder())
     return folders

@@ -112,11 +112,9 @@ def read_toml(path: Path, what: str) -> str:
         if len(content) > LARGEST_FILE:
             raise ValueError(f"larger than {LARGEST_FILE} bytes")
         return content.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        reason = "not UTF-8 text"
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-    raise InputError(f"{printable(path)}: {reason}, expected {what}")
+        raise InputError(f"{printable(path)}: {reason}, expected {what}") from None
 
 
 def parse_toml(text: str) -> dict[str, Json]:

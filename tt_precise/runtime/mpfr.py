@@ -8,7 +8,6 @@ holds for one thread.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
 from fractions import Fraction
 from functools import cache, lru_cache
 from typing import Any
@@ -47,28 +46,19 @@ class Mpfr:
         """The function ``name`` of one argument, such as ``sqrt`` or ``sin``."""
         return _elementwise({"nint": "rint"}.get(name, name), 1)
 
-    def precision(self) -> AbstractContextManager[Any]:
+    def precision(self) -> Any:
         """A context in which sums, products and functions are rounded to this precision."""
-        context: AbstractContextManager[Any] = self._gmpy2.context(precision=self.bits)
-        return context
+        return self._gmpy2.context(precision=self.bits)
 
     def number(self, value: Scalar) -> Scalar:
         """A number from mpmath (which may have more bits) or Python; NaN for None."""
-        with self.precision():
-            return self._number(value)
-
-    def _number(self, value: Scalar) -> Scalar:
         if not hasattr(value, "_mpf_"):
-            return self._gmpy2.mpfr("nan" if value is None else value)
+            return self._gmpy2.mpfr("nan" if value is None else value, self.bits)
         sign, mantissa, exponent, length = value._mpf_
         if not mantissa:
-            return self._gmpy2.mpfr(float(value))  # zero, an infinity, or NaN
-        if length > self.bits:
-            with self._gmpy2.context(precision=length):
-                number = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
-                return -number if sign else number
-        number = self._gmpy2.mpfr(mantissa) * self._gmpy2.exp2(exponent)
-        return -number if sign else number
+            return self._gmpy2.mpfr(float(value), self.bits)  # zero, an infinity, or NaN
+        number = self._gmpy2.mpfr(-mantissa if sign else mantissa, max(length, self.bits))
+        return self._gmpy2.set_exp(number, exponent + length)
 
     def back(self, value: Scalar) -> Scalar | None:
         """The number in mpmath; None for NaN."""
@@ -79,13 +69,11 @@ class Mpfr:
 
     def array(self, values: Iterable[Scalar]) -> Array:
         """mpmath numbers as an array."""
-        with self.precision():
-            return _array(list(map(self._number, values)))
+        return _array(list(map(self.number, values)))
 
     def of_fractions(self, values: Iterable[Fraction | str]) -> Array:
         """Exact numbers, also decimals as text, each rounded once."""
-        with self.precision():
-            return _array([self._gmpy2.mpfr(self._gmpy2.mpq(value)) for value in values])
+        return _array([self._gmpy2.mpfr(self._gmpy2.mpq(value), self.bits) for value in values])
 
     def from_limbs(self, limbs: Array) -> Array:
         """Return the exact sums of doubles: an array of numbers from axes (number, limb)."""

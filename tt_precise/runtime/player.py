@@ -11,13 +11,11 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from tt_precise.runtime.values import Json
 
 if TYPE_CHECKING:
-    from jinja2 import Environment, PackageLoader
     from markupsafe import Markup
 
 # Decimals that a reader can see: of angles in rad, and of lengths in radii of the top.
@@ -96,8 +94,15 @@ def drawing(
 
 def page(motions: Sequence[Mapping[str, Json]]) -> str:
     """Return a page with the ``drawing`` of each motion; one set of controls plays all."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
     keyed = [{**motion, "key": n or "", "controls": False} for n, motion in enumerate(motions)]
-    return _environment().get_template("page.html.j2").render(motions=keyed)
+    environment = Environment(
+        loader=PackageLoader("tt_precise.runtime"), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
+    environment.filters["compact"] = compact
+    return environment.get_template("page.html.j2").render(motions=keyed)
 
 
 def compact(value: Json) -> Markup:
@@ -105,25 +110,6 @@ def compact(value: Json) -> Markup:
     from markupsafe import Markup
 
     return Markup(json.dumps(value, separators=(",", ":")).replace("<", "\\u003c"))
-
-
-def templates() -> PackageLoader:
-    """Return the loader of the player's templates."""
-    from jinja2 import PackageLoader
-
-    return PackageLoader("tt_precise.runtime")
-
-
-@cache
-def _environment() -> Environment:
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(
-        loader=templates(), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True, keep_trailing_newline=True,
-    )  # fmt: skip
-    environment.filters["compact"] = compact
-    return environment
 
 
 def _round_number(value: float, *, up: bool = False) -> Any:

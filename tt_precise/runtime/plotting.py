@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 SKY, PURPLE, BLACK, GREY = "#56B4E9", "#CC79A7", "#000000", "#767676"
 CYCLE = (BLUE, ORANGE, GREEN, RED, SKY, PURPLE, BLACK, GREY)
-FORMATS = (".svg", ".png", ".pdf")
 # The names of columns and parameters as the paper prints them.
 SYMBOLS = {
     "theta": r"$\theta$", "theta_dot": r"$\dot\theta$", "phi_dot": r"$\dot\varphi$",
@@ -37,11 +36,10 @@ SYMBOLS = {
     "t_stop": "end of the row", "jellett_drift": r"drift of $\lambda$",
 }  # fmt: skip
 DPI = 150  # Pixels in an inch of a PNG.
-POINTS = 72  # Points in an inch; SVG sizes are in points.
 BINS = 700  # Intervals of time across a panel; each keeps first, least, greatest, last value.
 STYLE = Path(__file__).parent / "templates" / "pictures.mplstyle"
-# neither time nor version, so that a file changes only with its picture
-_METADATA: dict[str, dict[str, None]] = {
+# Metadata by suffix: neither time nor version, so that a file changes only with its picture
+FORMATS: dict[str, dict[str, None]] = {
     ".svg": {"Date": None, "Creator": None},
     ".png": {"Software": None},
     ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
@@ -113,7 +111,7 @@ def save(figure: Figure, path: str | Path) -> None:
         if ending == ".svg":
             temporary.write_text(svg_text(figure), "utf-8")
         else:
-            figure.savefig(temporary, format=ending[1:], metadata=_METADATA[ending], dpi=DPI)
+            figure.savefig(temporary, format=ending[1:], metadata=FORMATS[ending], dpi=DPI)
 
 
 def svg_text(figure: Figure, letters: Literal["path", "none"] = "path") -> str:
@@ -122,7 +120,7 @@ def svg_text(figure: Figure, letters: Literal["path", "none"] = "path") -> str:
 
     sink = io.StringIO()
     with styled(), matplotlib.rc_context({"svg.fonttype": letters}):
-        figure.savefig(sink, format="svg", metadata=_METADATA[".svg"])
+        figure.savefig(sink, format="svg", metadata=FORMATS[".svg"])
     # matplotlib makes ids of clip paths and markers from numbers whose last bits may change
     ids = re.finditer(r'\bid="([A-Za-z_]*?)([0-9a-f]{10})"', sink.getvalue())
     numbers = {match[2]: str(number) for number, match in enumerate(ids, 1)}

@@ -38,7 +38,7 @@ def in_a_process_of_ours() -> None:
     os.environ["MPLBACKEND"] = "agg"
     if "OMP_NUM_THREADS" not in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(RuntimeError):
         os.environ.setdefault("HEYOKA_CACHE_DIR", str(user_folder() / "compiled"))
 
 
@@ -68,12 +68,9 @@ def import_heyoka() -> ModuleType:
 def user_folder() -> Path:
     """Return the user's cache folder for this package, which may not exist yet.
 
-    Raises ``OSError``: the user has no home folder.
+    Raises ``RuntimeError``: the user has no home folder.
     """
-    try:
-        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tt-precise"
-    except RuntimeError as error:
-        raise OSError(str(error)) from None
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "tt-precise"
 
 
 def raise_at_sigterm() -> None:

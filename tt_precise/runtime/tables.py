@@ -29,11 +29,6 @@ class Format(NamedTuple):
     write: Callable[[Path, Table], Any]
     package: str = ""
 
-    @property
-    def text(self) -> bool:
-        """Return whether doubles are written as text."""
-        return not self.package
-
 
 def as_csv(table: Table) -> str:
     """Columns of text as CSV with one header line; an undefined value is an empty cell."""
@@ -106,7 +101,7 @@ def needed(package: str) -> Any:
     try:
         return importlib.import_module(package)
     except ImportError:
-        extra = {"pyarrow": "parquet", "h5py": "hdf5"}[package]
+        extra = {"pyarrow": "parquet", "h5py": "hdf5", "distributed": "dask"}[package]
         raise InputError(
             f"{package}: not installed, expected pip install 'tt-precise[{extra}]'"
         ) from None

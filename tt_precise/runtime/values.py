@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Hashable, Iterable
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
 from numbers import Integral
 from typing import Any, Literal, TypeAlias, TypeVar
 
@@ -178,13 +177,10 @@ class Memory:
 
     def once(self, key: Hashable, compute: Callable[[], Result]) -> Result:
         """Return the result of ``compute``, cached under ``key``."""
-        if key not in self._results:
-            self._results[key] = compute()
-        return self._results[key]
-
-    @cached_property
-    def _results(self) -> dict[Hashable, Any]:
-        return {}
+        results = vars(self).setdefault("_results", {})
+        if key not in results:
+            results[key] = compute()
+        return results[key]
 
 
 class Ring:

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tt_precise.runtime.process import in_a_process_of_ours
+from tt_precise.runtime.tables import needed
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import InputError, whole_number
 
@@ -65,25 +66,22 @@ class Inline(Executor):
         return future
 
 
+@dataclass(frozen=True)
 class Pool:
     """An executor, the number of its workers, and a function that ends it.
 
     As a context manager it calls ``end`` with True after an exception, such as an interruption.
     """
 
-    def __init__(
-        self,
-        executor: Executor,
-        size: Callable[[], int],
-        end: Callable[[bool], object] = lambda failed: None,
-    ):
-        self.executor, self.size, self._end = executor, size, end
+    executor: Executor
+    size: Callable[[], int]
+    end: Callable[[bool], object] = lambda failed: None
 
     def __enter__(self) -> Pool:
         return self
 
     def __exit__(self, kind: object, *_: object) -> None:
-        self._end(kind is not None)
+        self.end(kind is not None)
 
     def perform(
         self, work: Callable[..., Any], calls: Iterable[Call], progress: Progress = silent
@@ -142,7 +140,6 @@ def _all_of(work: Callable[..., Any], every: Iterable[tuple[Any, ...]]) -> list[
 
 def _results(future: Future[Any], count: int) -> list[Any]:
     """Return the results of a task, or ``count`` failures."""
-    error: BaseException | None
     try:
         error = future.exception()
     except CancelledError:
@@ -151,8 +148,7 @@ def _results(future: Future[Any], count: int) -> list[Any]:
         error = WorkerDiedError(
             f"worker process ended, exit status {getattr(error, 'exitcode', 0)}"
         )
-    results: list[Any] = [Failure(error)] * count if error else future.result()
-    return results
+    return [Failure(error)] * count if error else future.result()
 
 
 def cores() -> int:
@@ -195,12 +191,9 @@ def dask_pool(address: str) -> Pool:
 
     Raises ``InputError``: the extra ``dask`` is not installed, or the scheduler does not answer.
     """
+    distributed = needed("distributed")
     try:
-        from distributed import Client
-    except ImportError:
-        raise InputError("dask: not installed, expected pip install 'tt-precise[dask]'") from None
-    try:
-        client = Client(address, timeout="10s", set_as_default=False)
+        client = distributed.Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
             f"dask: got {address}: {str(error) or 'no answer'}; expected the address of a "
