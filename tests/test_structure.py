@@ -177,8 +177,8 @@ TESTED_ELSEWHERE = {
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "integration/segment.py": "integration/test_solution.py",  # by the solutions it makes up
-    "integration/registry.py": "nonsmooth/test_registration.py",  # of what is registered
-    "nonsmooth/segments.py": "nonsmooth/test_sticking.py",  # of a motion that has several
+    "integration/registry.py": "nonsmooth/test_backend.py",  # of what is registered
+    **dict.fromkeys(("nonsmooth/phases.py", "nonsmooth/segments.py"), "nonsmooth/test_sticking.py"),
 }  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 """Scenes with one place of their file changed, and the end of their motion."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy
@@ -19,6 +20,9 @@ def edited(name: str, *places: str) -> Scene:
     return parse_scene(text, name, f"{name}.toml")
 
 
-def final(scene: Scene, *names: str) -> Any:
-    state = tt.integrate(scene, events=()).state
-    return numpy.array([float(getattr(state, name)) for name in names])
+def orders(limit: Scene, others: Iterable[Scene], names: str, ratio: float) -> Any:
+    """The orders in which the ends of motions, each ``ratio`` nearer, tend to that of a limit."""
+    states = [tt.integrate(one, events=()).state for one in (limit, *others)]
+    ends = numpy.array([[float(getattr(s, name)) for name in names.split()] for s in states])
+    errors = abs(ends[1:] - ends[0]).max(axis=1)
+    return numpy.log(errors[:-1] / errors[1:]) / numpy.log(ratio)

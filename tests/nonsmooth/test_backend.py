@@ -4,8 +4,21 @@ import pytest
 
 import tt_precise as tt
 from tests.nonsmooth.conftest import FLIES, edited
+from tt_precise.integration import registry
+from tt_precise.runtime.cache import SOURCES
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.scene import load_scene
+from tt_precise.scene.scene import Scene, load_scene, shipped
+
+
+def test_scenes_ask_by_what_they_can_do() -> None:
+    for scene in map(load_scene, shipped()):
+        modules = [module.__name__ for module in registry.asked_by(scene)]
+        assert modules == ["tt_precise.nonsmooth.backend"] * scene.in_pieces, scene.name
+
+
+def test_cached_results_rest_on_registered_packages_too() -> None:
+    """No import leads there, so the list of sources must have them by name."""
+    assert {name.split(".")[1] for name in registry._MODULES.values()} <= {*SOURCES}
 
 
 def test_what_cannot_take_these_scenes_says_so() -> None:
@@ -37,3 +50,21 @@ def test_a_scene_may_begin_in_flight() -> None:
     assert tt.integrate(tossed.scene.varied(height="0"), events=()).status == "landed"
     with pytest.raises(InputError, match="got 0 in a flight scene, expected the height"):
         tossed.scene.varied(height="0", rise="0")
+
+
+@pytest.mark.parametrize(
+    "scene", [load_scene("coulomb-flight"), load_scene("coulomb-stick-slip").varied(nu_y="0.06")]
+)
+def test_euler_angles_and_vectors_agree(scene: Scene) -> None:
+    """It glides fast in Euler angles; slow gliding, rolling and flight are in vectors."""
+    recorded = scene.varied(until="0.14", record=["phi", "psi", "x", "y"])
+    euler, newton = (
+        tt.integrate(recorded, "double-double", formulation=form, events=())
+        for form in ("euler", "newton")
+    )
+    assert len(newton.pieces) > 1
+    assert [one.model for one in euler.pieces] == [one.model for one in newton.pieces]
+    names = [*euler.frame().columns, "qw", "wx"]
+    one, other = (run.frame(*names[1:], numbers="exact") for run in (euler, newton))
+    apart = [max(abs(one[n] - other[n])) / max(*abs(other[n]), 1e-300) for n in names]
+    assert 0 < max(apart) < 1e-27

@@ -18,8 +18,7 @@ STATE = NewtonState(*map(mp.mpf, ("0.6", "0", "0.8", "0.1", "-0.05", "0.8", "0",
 
 
 def body(mu: Any) -> Parameters:
-    given = [mp.mpf(x) for x in (1, 1, "0.3", "0.375", "0.4", 1)]
-    m, R, alpha, I1, I3, g = given
+    m, R, alpha, I1, I3, g = map(mp.mpf, (1, 1, "0.3", "0.375", "0.4", 1))
     return Parameters(m, R, alpha, I1, I3, g, mu, friction=COULOMB)
 
 
@@ -29,27 +28,19 @@ def ratio() -> Any:
     return mp.hypot(x, y) / z
 
 
-def series_of(top: Parameters, e: Any, terms: int, on_the_cone: bool = False) -> OnsetSeries:
-    return onset.onset(top, STATE, e, terms, EPS, mp, on_the_cone=on_the_cone)
-
-
 def residual(top: Parameters, series: OnsetSeries, t: Any) -> Any:
     """Return the residual of the series in v_A_dot = the acceleration, at one time."""
-
-    def velocity(time: Any) -> tuple[Any, Any]:
-        *_, v, ex, ey = series.at(time, mp)
-        return v * ex, v * ey
-
     *turning, _, ex, ey = series.at(t, mp)
     rate = friction.along_direction(top, NewtonState(*(*turning, ex, ey)))
-    slopes = [mp.diff(lambda s, i=i: velocity(s)[i], t) for i in (0, 1)]
+    slopes = [mp.diff(lambda s, i=i: series.at(s, mp)[6] * series.at(s, mp)[i], t) for i in (7, 8)]
     return max(abs(slopes[0] - rate.vx), abs(slopes[1] - rate.vy))
 
 
 def test_on_the_cone_speed_begins_with_the_square_of_time() -> None:
     top = body(ratio())
     assert abs(friction.cone_margin(top, STATE)) < mp.mpf("1e-40")
-    series = series_of(top, onset.direction_on_the_cone(top, STATE, mp), 16, on_the_cone=True)
+    e = onset.direction_on_the_cone(top, STATE, mp)
+    series = onset.onset(top, STATE, e, 16, EPS, mp, on_the_cone=True)
     v = series.coefficients[6]
     assert v[0] == v[1] == 0 != v[2]
     # relative to v, which is v_2 t^2; the last terms bound what is left out
@@ -63,7 +54,7 @@ def test_on_the_cone_speed_begins_with_the_square_of_time() -> None:
 def test_outside_the_cone_gliding_begins_at_once_and_within_it_never() -> None:
     top = body(ratio() / 2)
     (e,) = onset.directions_from_rest(top, STATE, mp)
-    series, longer = (series_of(top, e, terms) for terms in (16, 32))
+    series, longer = (onset.onset(top, STATE, e, n, EPS, mp, on_the_cone=False) for n in (16, 32))
     assert series.coefficients[6][1] > 0
     assert residual(top, series, series.until) < EPS
     assert longer.until > series.until  # more terms reach further
