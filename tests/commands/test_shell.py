@@ -26,7 +26,7 @@ PR_CAPBSET_DROP, CAP_DAC_OVERRIDE = 24, 1
 WRITERS = {
     "run": "run reference --out {folder}/a.csv",
     "check": "check {golden} --scene reference --plot {folder}/a.svg",
-    "sweep": "sweep reference --vary mu=0.2,0.3 --until 0.1 --workers 1 --out {folder}/rows.csv",
+    "sweep": "sweep reference --vary mu=0.2:0.3:40 --until 0.1 --workers 1 --out {folder}/rows.csv",
     "golden build": "golden build upright --workers 1 --folder {folder}",
 }
 
@@ -108,7 +108,8 @@ def test_a_full_disk_leaves_the_old_files_and_no_other(
     assert [old.read_text() for old in olds] == [OLD, OLD]
     assert sorted(tmp_path.glob("a.*")) == olds
     files = [path for path in tmp_path.rglob("*") if path.is_file()]
-    assert [path.name for path in files if path.stat().st_size >= LARGEST] == []
+    cut = [path.suffix for path in files if path.stat().st_size >= LARGEST]
+    assert cut in ([], [".part"])  # the rows of a sweep that are there stay for the next command
     assert list(tmp_path.rglob(".*")) == []
 
 

@@ -362,8 +362,14 @@ def integrate_rates(t: Array, rates: Array, count: int) -> Array:
 
 def differentiate(t: Array, values: Array, count: int) -> Array:
     """Return the rates of ``values`` (components, n) at the beginning of each interval."""
-    rows, weights = _stencils(t, count, integral=False)
-    return _weighted(values, rows, weights) / numpy.diff(t)
+    rates = numpy.empty((len(values), len(t) - 1))
+    for first in range(0, len(t) - 1, BLOCK):
+        low, last = max(first - count, 0), first + BLOCK
+        near = slice(low, last + count)  # stencils at both ends of a block reach beyond it
+        rows, weights = _stencils(t[near], count, integral=False)
+        inner = _weighted(values[:, near], rows, weights) / numpy.diff(t[near])
+        rates[:, first:last] = inner[:, first - low : last - low]
+    return rates
 
 
 def _weighted(values: Array, rows: Array, weights: Array) -> Array:

@@ -256,9 +256,6 @@ class Integrator:
 def build(setup: Setup) -> Integrator:
     """Compile the integrator for ``setup``."""
     heyoka = import_heyoka()
-
-    # a trajectory's status and unresolved events have what heyoka would log
-    heyoka.set_logger_level_critical()
     form, fp_type = setup.formulation, setup.precision.fp_type
     equations = Equations.of(form, setup.record)
     eps, parameters = float(setup.precision.eps), len(form.parameters)

@@ -57,6 +57,7 @@ def import_heyoka() -> ModuleType:
         finally:
             if hidden:
                 del sys.modules["sympy"]
+        heyoka.set_logger_level_critical()  # statuses and unresolved events say what it would log
         if first and os.environ.get("HEYOKA_CACHE_DIR", "").endswith("tt-precise/compiled"):
             try:
                 heyoka.llvm_state.set_diskcache_limit(COMPILED_BYTES)

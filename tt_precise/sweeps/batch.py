@@ -81,7 +81,6 @@ class BatchIntegrator:
     """A compiled batch integrator of one formulation."""
 
     def __init__(self, form: Formulation, contact: str, lanes: int):
-        heyoka.set_logger_level_critical()  # a status says what heyoka would log
         # heyoka computes the step size of a single lane by other functions, which round otherwise
         self.lanes = max(2, lanes)
         equations = Equations.of(form)

@@ -45,8 +45,7 @@ class MemoryStore:
 class CsvFile(MemoryStore):
     """One CSV file; until it is complete, finished chunks stand in ``OUT.part``.
 
-    A chunk with a line that was cut short is computed again. The manifest of a complete file has
-    its hash: the same sweep computes nothing again, another one replaces the file.
+    A chunk with a line cut short is computed again. The manifest has the hash of a complete file.
 
     Raises ``InputError``: the part is of another sweep, or a file cannot be written.
     """
@@ -99,8 +98,11 @@ class CsvFile(MemoryStore):
         return rows
 
     def _append(self, rows: pandas.DataFrame) -> None:
-        with self._part.open("a", encoding="utf-8") as file:
-            rows.to_csv(file, index=False, header=not file.tell())
+        try:
+            with self._part.open("a", encoding="utf-8") as file:
+                rows.to_csv(file, index=False, header=not file.tell())
+        except OSError as error:
+            raise InputError(f"{self._part}: {error.strerror}, expected room for rows") from error
 
 
 class Folder(MemoryStore):
