@@ -44,7 +44,7 @@ def test_a_command_draws_whatever_backend_a_notebook_has_set(tmp_path: Path) -> 
     assert (tmp_path / "a.svg").stat().st_size > 1000
 
 
-HEYOKA = """
+HEYOKA = """set_logger_level_critical = dict
 class llvm_state:
     def set_diskcache_limit(size): {limit}
     def set_diskcache_enabled(enabled): print("enabled", enabled)
