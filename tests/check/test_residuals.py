@@ -118,7 +118,7 @@ def test_rows_in_blocks_have_the_same_residuals(monkeypatch: Patch) -> None:
 
 
 def test_euler_angles_without_phi_have_an_inclination_only() -> None:
-    frame = rows_of("reference").given
+    frame = rows_of("reference").columns
     names = ("t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
     table = pandas.DataFrame({name: frame[name] for name in names})[:200]
     wrong = table.assign(theta_dot=table["theta_dot"] + 0.01)

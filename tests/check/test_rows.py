@@ -58,8 +58,8 @@ def test_one_number_says_how_precise_the_state_is(
 def test_the_precision_goes_with_converted_columns(healthy: Healthy) -> None:
     """Sums and multiples of rounded numbers have no decimals."""
     rows = rows_of(healthy("reference", 101, 1)[VECTORS].round(6))
-    other = rows.changed({"Lx": (rows.given["Lx"] + rows.given["Ly"]) / numpy.sqrt(2)})
-    scaled = other.changed({name: 1e9 * rows.given[name] for name in ("Lx", "Ly", "Lz")})
+    other = rows.changed({"Lx": (rows.columns["Lx"] + rows.columns["Ly"]) / numpy.sqrt(2)})
+    scaled = other.changed({name: 1e9 * rows.columns[name] for name in ("Lx", "Ly", "Lz")})
     for changed in (other, scaled, other.part(slice(0, 9))):
         assert changed.rounding == pytest.approx(rows.rounding, rel=0.05)
 

@@ -123,7 +123,7 @@ def explain(
                     return [Cause(convention.kind, convention.text)]
         # what no deciding check sees, no deciding check can confirm
         if failed & deciding:
-            numbers = [one for one in _numbers(rows) if failure.rest(one) <= REST]
+            numbers = [each for each in _numbers(rows) if failure.rest(each) <= REST]
             if numbers:
                 return [_together(numbers)]
     if failed == {"start"}:
@@ -196,7 +196,7 @@ def names_of(rows: Rows, own: bool) -> list[str]:
 def with_change(rows: Rows, name: str, p: float) -> Rows:
     """Return the rows of a body whose number, or of a clock whose rate, is larger by the part p."""
     if name == "clock":
-        return rows.changed({"t": rows.given["t"] * (1 + p)})
+        return rows.changed({"t": rows.columns["t"] * (1 + p)})
     value = (1 + p) * getattr(rows.body, name)
     return rows.changed(body=replace(rows.body, **{name: value}))
 

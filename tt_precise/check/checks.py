@@ -84,7 +84,7 @@ class RowCheck(NamedTuple):
         missing = [REQUIREMENTS[need] for need in self.needs]
         missing = [requirement for requirement in missing if not requirement.holds(rows)]
         # a check that does not apply is skipped, whatever the file lacks besides
-        for requirement in sorted(missing, key=lambda one: one.verdict != "skipped"):
+        for requirement in sorted(missing, key=lambda each: each.verdict != "skipped"):
             return Check(
                 self.name, requirement.verdict, note=requirement.words(rows), meaning=self.meaning
             )
@@ -155,11 +155,11 @@ def _dissipates(rows: Rows) -> bool:
 
 def _rises(rows: Rows) -> bool:
     rises = rows.has_height and not rows.assumed.flying
-    return "vcz" in rows.given or rises or rows.assumed.rolling
+    return "vcz" in rows.columns or rises or rows.assumed.rolling
 
 
 def _slips(rows: Rows) -> bool:
-    return not rows.assumed.rolling or rows.assumed.columns.velocity[0] in rows.given
+    return not rows.assumed.rolling or rows.assumed.columns.velocity[0] in rows.columns
 
 
 HEIGHT = "needs the height of the lowest point: columns {height}"
@@ -178,8 +178,8 @@ REQUIREMENTS = {name: Requirement(*row) for name, row in {
     "rigid table": (lambda rows: not rows.assumed.scene.lifts, "skipped",
                     "the top may leave the table"),
     "dissipation": (_dissipates, "skipped", "nothing is dissipated: see energy"),
-    "axis": (lambda rows: "kx" in rows.given, "skipped", "|k| = 1 by construction"),
-    "quaternion": (lambda rows: "qw" in rows.given, "skipped", "no quaternion among the columns"),
+    "axis": (lambda rows: "kx" in rows.columns, "skipped", "|k| = 1 by construction"),
+    "quaternion": (lambda rows: "qw" in rows.columns, "skipped", "no quaternion among the columns"),
     "rows": (lambda rows: len(rows.t) >= FINE or obeys_scene(rows), "open",
              f"needs at least {FINE} rows"),
 }.items()}  # fmt: skip
@@ -282,7 +282,7 @@ def _contact_velocity(rows: Rows) -> Residual:
     slip = norm(v_A) if rows.assumed.rolling else abs(v_A[2])
     columns = rows.assumed.columns
     if rows.assumed.rolling and columns.name != "rigid body":
-        slip = norm(numpy.array([rows.given[name] for name in columns.velocity]))
+        slip = norm(numpy.array([rows.columns[name] for name in columns.velocity]))
     deep = depth(rows)
     if deep.any():
         rate = numpy.diff(deep) / numpy.diff(rows.t)
@@ -304,7 +304,7 @@ def _fall(rows: Rows) -> Residual:
 
 
 def _length(rows: Rows, names: tuple[str, ...]) -> Residual:
-    length = norm(numpy.array([rows.given[name] for name in names]))
+    length = norm(numpy.array([rows.columns[name] for name in names]))
     return _beyond(rows, abs(length - 1), 2.0)
 
 
@@ -414,7 +414,7 @@ def _kinematics(rows: Rows) -> Residual:
         worst = name if both.max() > values.max() else worst
         values, bound = numpy.fmax(values, both), max(bound, sums.bound)
         text = text or _unresolved(rows, error)
-    if "z" in rows.given and not rows.assumed.scene.lifts:
+    if "z" in rows.columns and not rows.assumed.scene.lifts:
         off = _off_table(rows)
         worst = "height" if off.max() > values.max() else worst
         values = numpy.fmax(values, off)
@@ -427,8 +427,8 @@ def _kinematics(rows: Rows) -> Residual:
 
 def position_rounding(rows: Rows) -> float:
     """Return half a unit of the last written place of the position, in R."""
-    largest = max((float(abs(rows.given[n]).max()) for n in "xyz" if n in rows.given), default=0.0)
-    return rows.precision.get("x", 0.0) * largest / rows.body.R
+    sizes = [float(abs(x).max()) for name, x in rows.columns.items() if name in {*"xyz"}]
+    return rows.precision.get("x", 0.0) * max(sizes, default=0.0) / rows.body.R
 
 
 def _off_table(rows: Rows) -> Array:
@@ -503,10 +503,10 @@ def _friction_power(rows: Rows) -> Residual:
     power = (fine[:2] * v_A).sum(axis=0) / unit
     excess = numpy.where(numpy.isfinite(bound), numpy.fmax(power - bound, 0.0), 0.0)
     excess = numpy.where(numpy.isnan(power), numpy.inf, excess)
-    seen = bound <= 1e-3
-    share = float((~seen).mean())
+    resolved = bound <= 1e-3
+    share = float((~resolved).mean())
     text = f"{share:.0%} of the rows are not resolved" if share > 0.5 else ""
-    typical = float(bound[seen].max()) if seen.any() else 0.0
+    typical = float(bound[resolved].max()) if resolved.any() else 0.0
     law = friction_law(fine, error, v_A, body.g)[0]
     return Residual(numpy.append(excess, 0.0), typical, law, text, decided=True)
 

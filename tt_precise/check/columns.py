@@ -174,9 +174,9 @@ _ALL = (
     _euler("Euler", "omega_3", azimuth=False),
     _euler("Euler with psi_dot", "psi_dot", azimuth=False),
 )
-COLUMN_SETS = {one.name: one for one in _ALL}
+COLUMN_SETS = {each.name: each for each in _ALL}
 TRACK = ("phi", "psi", "x", "y")  # the integrals of a state's rates, in a file of any set
-KNOWN = {"t", *TRACK, *(name for one in _ALL for name in (*one.names, *one.height))}
+KNOWN = {"t", *TRACK, *(name for each in _ALL for name in (*each.names, *each.height))}
 ENGINES_OWN = re.compile("(qpos|quaternion)_?0")
 
 
@@ -191,7 +191,7 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
             f"{where}: no column t (time in s) among {listed(present)}; "
             "rename yours with --columns theirs=t"
         )
-    complete = next((one for one in _ALL if not one.missing(present)), None)
+    complete = next((each for each in _ALL if not each.missing(present)), None)
     if complete is not None:
         if complete.name == "rigid body" and {"vx", "vy", "vz"} <= {*present}:
             raise InputError(
@@ -205,10 +205,10 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
         raise InputError(
             f"{where}: columns {own} ... are an engine's own state: read it with --from {engine}"
         )
-    nearest = min(_ALL, key=lambda one: len(one.missing(present)) / len(one.required))
+    nearest = min(_ALL, key=lambda each: len(each.missing(present)) / len(each.required))
     missing = nearest.missing(present)
     if len(missing) == len(nearest.required):
-        sets = ", or ".join(" ".join(one.required) for one in _ALL)
+        sets = ", or ".join(" ".join(each.required) for each in _ALL)
         raise InputError(
             f"{where}: no column set among {listed(present)}; expected t and {sets}; {remedy}"
         )

@@ -103,7 +103,7 @@ class Convention:
     @property
     def changes(self) -> int:
         """The number of properties that differ from ours; y and z exchanged are one of them."""
-        differ = sum(getattr(self, one.name) != one.default for one in fields(self))
+        differ = sum(getattr(self, each.name) != each.default for each in fields(self))
         return differ - (self.hand == "left" and self.up == "y") + self.opposite
 
     def words(self) -> str:
@@ -202,12 +202,12 @@ def candidates(rows: Rows) -> Iterator[Candidate]:
             yield from _of_columns(few)
             return
         conventions = _by_contact(few, _by_jellett(few, _by_attitude(few)))
-    for one in conventions:
-        yield Candidate(one.words(), partial(_in_ours, convention=one))
+    for convention in conventions:
+        yield Candidate(convention.words(), partial(_in_ours, convention=convention))
 
 
 def _in_ours(rows: Rows, convention: Convention) -> Rows:
-    return rows.changed(convert(rows.given, convention, rows.body))
+    return rows.changed(convert(rows.columns, convention, rows.body))
 
 
 def _ends(t: Array) -> tuple[Array, Array]:
@@ -216,10 +216,10 @@ def _ends(t: Array) -> tuple[Array, Array]:
     return first, first + 1
 
 
-def _variants(found: Iterable[Convention], *names: str) -> list[Convention]:
+def _variants(base: Iterable[Convention], *names: str) -> list[Convention]:
     """Return conventions with every combination of choices of the properties ``names``."""
     values = list(itertools.product(*(CHOICES[name] for name in names)))
-    return [replace(one, **dict(zip(names, v, strict=True))) for one in found for v in values]
+    return [replace(each, **dict(zip(names, v, strict=True))) for each in base for v in values]
 
 
 def _by_attitude(rows: Rows) -> list[Convention]:
@@ -227,20 +227,20 @@ def _by_attitude(rows: Rows) -> list[Convention]:
     first, last = _ends(rows.t)
     units = [(time, angle) for time in _units_of_time(rows) for angle in ANGLE]
     scale = numpy.array([TIME[time] * ANGLE[angle] for time, angle in units])[:, None]
-    half = scale * numpy.diff(rows.given["t"])[first] / 2
-    speed = numpy.sqrt((stacked(rows.given, OMEGA)[:, first] ** 2).sum(axis=0))
+    half = scale * numpy.diff(rows.columns["t"])[first] / 2
+    speed = numpy.sqrt((stacked(rows.columns, OMEGA)[:, first] ** 2).sum(axis=0))
     turned = (2 * half * speed).max(axis=1)
-    found, misfits = [], []
-    for one in _variants([OURS], "axis", "order", "inverse", "in_body", "opposite"):
-        columns = convert(rows.given, one, rows.body)
+    conventions, misfits = [], []
+    for convention in _variants([OURS], "axis", "order", "inverse", "in_body", "opposite"):
+        columns = convert(rows.columns, convention, rows.body)
         q, w = unit(stacked(columns, QUATERNION)), stacked(columns, OMEGA)
         moved = _rms(_angle(q[:, last], q[:, first]))
         there = _free(rows.body, q[:, first], w[:, first], half)
         back = _free(rows.body, q[:, last], w[:, last], -half)
         misses = _rms(_angle(there, back)) / moved
-        found += [replace(one, time=time, angle=angle) for time, angle in units]
+        conventions += [replace(convention, time=time, angle=angle) for time, angle in units]
         misfits += numpy.where((misses < PART) & (turned < 2 * math.pi), misses, math.inf).tolist()
-    return _least(found, misfits, ROUGH)[:MOST_PARTIAL]
+    return _least(conventions, misfits, ROUGH)[:MOST_PARTIAL]
 
 
 def _free(body: Parameters, q: Array, w: Array, t: Array) -> Array:
@@ -263,28 +263,28 @@ def _rotation(rate: Array, t: Array) -> Array:
     return numpy.array([numpy.cos(size * t / 2), *(sine * x for x in rate)])
 
 
-def _by_jellett(rows: Rows, found: Sequence[Convention]) -> list[Convention]:
+def _by_jellett(rows: Rows, conventions: Sequence[Convention]) -> list[Convention]:
     """Return verticals and ends of the axis for which Jellett's integral is constant."""
-    ends = [replace(one, axis=end + one.axis) for one in found for end in ("", "-")]
+    ends = [replace(each, axis=end + each.axis) for each in conventions for end in ("", "-")]
     worlds = _variants(ends, "up")
-    return _least(worlds, [_jellett_drift(_in_ours(rows, one)) for one in worlds])
+    return _least(worlds, [_jellett_drift(_in_ours(rows, each)) for each in worlds])
 
 
-def _by_contact(rows: Rows, found: Sequence[Convention]) -> list[Convention]:
+def _by_contact(rows: Rows, conventions: Sequence[Convention]) -> list[Convention]:
     """Return points and units for which the contact point stays on the table, in one hand."""
     groups: list[tuple[str, ...]] = []
-    if VELOCITY[0] in rows.given:
+    if VELOCITY[0] in rows.columns:
         groups.append(("length", "point", "velocity_in_body"))
-    if POSITION[2] in rows.given:
+    if POSITION[2] in rows.columns:
         groups.append(("place",) if groups else ("length", "place"))
     for names in groups:
-        every = _variants(found, *names)
-        misfits = [_off_table(_in_ours(rows, one), "place" in names) for one in every]
-        found = _least(every, misfits)
+        every = _variants(conventions, *names)
+        misfits = [_off_table(_in_ours(rows, each), "place" in names) for each in every]
+        conventions = _least(every, misfits)
     sign = _sign_of_jellett(rows)
-    mirrored = [one for one in found if sign * _jellett(_in_ours(rows, one))[0] < 0]
-    found = [replace(one, hand="left") if one in mirrored else one for one in found]
-    ordered = sorted((one for one in found if one != OURS), key=lambda one: one.changes)
+    mirrored = [each for each in conventions if sign * _jellett(_in_ours(rows, each))[0] < 0]
+    conventions = [replace(each, hand="left") if each in mirrored else each for each in conventions]
+    ordered = sorted((each for each in conventions if each != OURS), key=lambda each: each.changes)
     return ordered[:MOST_TRIED]
 
 
@@ -317,17 +317,17 @@ def _off_table(rows: Rows, height: bool) -> float:
 
 
 def _least(
-    found: Sequence[Convention], misfits: Sequence[float], small: float = SMALL
+    conventions: Sequence[Convention], misfits: Sequence[float], small: float = SMALL
 ) -> list[Convention]:
     """Return the conventions whose misfit is small, or near the least one, the best first."""
-    pairs = [pair for pair in zip(misfits, found, strict=True) if pair[0] < math.inf]
+    pairs = [pair for pair in zip(misfits, conventions, strict=True) if pair[0] < math.inf]
     pairs.sort(key=lambda pair: pair[0])
-    return [one for misfit, one in pairs if misfit <= max(FACTOR * pairs[0][0], small)]
+    return [each for misfit, each in pairs if misfit <= max(FACTOR * pairs[0][0], small)]
 
 
 def _units_of_time(rows: Rows) -> list[str]:
     """Return the units in which times may be: only whole numbers count rows."""
-    steps = numpy.diff(rows.given["t"])
+    steps = numpy.diff(rows.columns["t"])
     whole = bool((abs(steps - numpy.rint(steps)) < 1e-9 * steps).all() and steps.min() >= 1)
     return [unit for unit in TIME if whole or not unit.startswith("rows")]
 
@@ -392,43 +392,43 @@ def _of_columns(few: Rows) -> Iterator[Candidate]:
 
 def _groups(few: Rows) -> Iterator[list[ColumnChange]]:
     """Yield the changes of the columns of a file, by groups of which at most one holds."""
-    present = {*few.given}
+    present = {*few.columns}
     yield [(time_in_words(unit), _scaled("t", TIME[unit])) for unit in _units_of_time(few)[1:]]
     for text, names, units in UNITS:
         if present & {*names.split()}:
             yield [(text.format(n), _scaled(names, u)) for n, u in units.items() if u != 1]
-    held = HELD | (MIRRORED if few.assumed.start == "scene" else {})
-    yield [(text, _exchanged(by)) for text, by in held.items() if by.partition("=")[0] in present]
+    swaps = HELD | (MIRRORED if few.assumed.start == "scene" else {})
+    yield [(text, _exchanged(by)) for text, by in swaps.items() if by.partition("=")[0] in present]
     for text, needed, change in DERIVED:
         if {*needed.split()} <= present:
             yield [(text, change)]
 
 
 def _scaled(names: str, factor: float) -> Callable[[Rows], Mapping[str, Array]]:
-    return lambda rows: {n: factor * rows.given[n] for n in names.split() if n in rows.given}
+    return lambda rows: {n: factor * rows.columns[n] for n in names.split() if n in rows.columns}
 
 
 def _exchanged(words: str) -> Callable[[Rows], Mapping[str, Array]]:
     pairs = [word.split("=") for word in words.split()]
     terms = [(ours, theirs.lstrip("-"), -1.0 if "-" in theirs else 1.0) for ours, theirs in pairs]
     return lambda rows: {
-        ours: sign * rows.given[theirs] for ours, theirs, sign in terms if ours in rows.given
+        ours: sign * rows.columns[theirs] for ours, theirs, sign in terms if ours in rows.columns
     }
 
 
 def _of_centre_of_mass(rows: Rows) -> Mapping[str, Array]:
     x, y, _ = cross(tuple(rows.omega), contact_arm(rows.body, tuple(rows.motion.k)))
-    return {"vx": rows.given["vx"] + x, "vy": rows.given["vy"] + y}
+    return {"vx": rows.columns["vx"] + x, "vy": rows.columns["vy"] + y}
 
 
 def _inertial(rows: Rows) -> Mapping[str, Array]:
-    phi, x, y = (rows.given[name] for name in ("phi", "nu_x", "nu_y"))
+    phi, x, y = (rows.columns[name] for name in ("phi", "nu_x", "nu_y"))
     cosine, sine = numpy.cos(phi), numpy.sin(phi)
     return {"nu_x": cosine * x + sine * y, "nu_y": cosine * y - sine * x}
 
 
 def _spin(rows: Rows) -> Mapping[str, Array]:
-    psi_dot, phi_dot, theta = (rows.given[name] for name in ("omega_3", "phi_dot", "theta"))
+    psi_dot, phi_dot, theta = (rows.columns[name] for name in ("omega_3", "phi_dot", "theta"))
     return {"omega_3": psi_dot + phi_dot * numpy.cos(theta)}
 
 
@@ -449,6 +449,6 @@ def _plausible(rows: Rows, sign: float) -> bool:
     k, rate = rows.motion.k, rows.motion.L / rows.body.I1
     there = _rotated(_rotation(rate[:, first], half), k[:, first])
     back = _rotated(_rotation(rate[:, last], -half), k[:, last])
-    seen = slice(0 if rows.assumed.columns.azimuth else 2, 3)
-    changes = (there - back)[seen].ravel(), (k[:, last] - k[:, first])[seen].ravel()
+    components = slice(0 if rows.assumed.columns.azimuth else 2, 3)
+    changes = (there - back)[components].ravel(), (k[:, last] - k[:, first])[components].ravel()
     return bool(_rms(changes[0]) < PART * _rms(changes[1]))

@@ -60,7 +60,7 @@ def other_engines(engine: str) -> dict[str, Convention]:
     first: dict[Convention, str] = {}
     for name in names:
         first.setdefault(convention_of(name), f"--from {name}")
-    return {option: one for one, option in first.items() if one != own}
+    return {option: convention for convention, option in first.items() if convention != own}
 
 
 def engine_table(source: object, engine: str, rename: Mapping[str, str]) -> Source:

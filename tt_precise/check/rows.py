@@ -82,25 +82,25 @@ class Rows:
 
     assumed: Assumptions
     t: Array
-    given: Columns
+    columns: Columns
     precision: Mapping[str, float] = field(default_factory=dict)
     cache: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
-    def of(cls, assumed: Assumptions, given: Columns) -> Rows:
+    def of(cls, assumed: Assumptions, columns: Columns) -> Rows:
         """Return the rows of the columns of a file."""
-        return cls(assumed, given["t"] - given["t"][:1], given, precisions(given))
+        return cls(assumed, columns["t"] - columns["t"][:1], columns, precisions(columns))
 
-    def part(self, wanted: slice | Array) -> Rows:
+    def part(self, chosen: slice | Array) -> Rows:
         """Return some of the rows, by a slice or by indices."""
-        given = {name: values[wanted] for name, values in self.given.items()}
-        return Rows(self.assumed, self.t[wanted], given, self.precision)
+        columns = {name: values[chosen] for name, values in self.columns.items()}
+        return Rows(self.assumed, self.t[chosen], columns, self.precision)
 
     def changed(self, columns: Columns | None = None, **assumed: Any) -> Rows:
         """Return the rows with other columns, or under other assumptions."""
-        given = {**self.given, **(columns or {})}
-        t = given["t"] - given["t"][0] if columns and "t" in columns else self.t
-        return Rows(replace(self.assumed, **assumed), t, given, self.precision)
+        values = {**self.columns, **(columns or {})}
+        t = values["t"] - values["t"][0] if columns and "t" in columns else self.t
+        return Rows(replace(self.assumed, **assumed), t, values, self.precision)
 
     @cached_property
     def body(self) -> Parameters:
@@ -110,18 +110,18 @@ class Rows:
     @cached_property
     def motion(self) -> RigidMotion:
         """The rows as a rigid motion."""
-        return self.assumed.columns.motion(self.body, self.given, self.assumed.rolling)
+        return self.assumed.columns.motion(self.body, self.columns, self.assumed.rolling)
 
     @property
     def has_velocity(self) -> bool:
         """True if the velocity of the centre of mass is known."""
-        return self.assumed.rolling or self.assumed.columns.velocity[0] in self.given
+        return self.assumed.rolling or self.assumed.columns.velocity[0] in self.columns
 
     @property
     def has_height(self) -> bool:
         """True if the top may leave the table, and the height of its lowest point is known."""
-        known = {*self.assumed.columns.height} <= {*self.given}
-        return self.assumed.scene.lifts and self.has_velocity and known
+        complete = {*self.assumed.columns.height} <= {*self.columns}
+        return self.assumed.scene.lifts and self.has_velocity and complete
 
     @cached_property
     def omega(self) -> Array:
@@ -148,20 +148,20 @@ class Rows:
         k, L = self.motion.k, self.motion.L
         if self.has_velocity and not self.assumed.rolling:
             v_A = self.contact_velocity
-            if "vx" in self.given:  # free of the rounding of two conversions
-                v_A = numpy.array([self.given["vx"], self.given["vy"], v_A[2]])
+            if "vx" in self.columns:  # free of the rounding of two conversions
+                v_A = numpy.array([self.columns["vx"], self.columns["vy"], v_A[2]])
         else:
             v_A = 0 * k if self.assumed.rolling else numpy.full_like(k, numpy.nan)
         entries: list[Array] = [*k, *L, v_A[0], v_A[1]]
         if self.has_height:
-            return LiftedState(*[*entries, self.given.get("height", self.height), v_A[2]])
+            return LiftedState(*[*entries, self.columns.get("height", self.height), v_A[2]])
         return NewtonState(*entries)
 
     @cached_property
     def q(self) -> Motion:
         """The rows as the argument of the quantities of ``mechanics``."""
         v = None if self.motion.v is None else tuple(self.motion.v)
-        velocity = (lambda: v) if v is not None and "vcz" in self.given else None
+        velocity = (lambda: v) if v is not None and "vcz" in self.columns else None
         return Motion(self.body, self.state, numpy, self.assumed.scene.model, s_dot=velocity)
 
     @cached_property
@@ -197,7 +197,7 @@ class Rows:
 
         Times of few digits are exact, but where they miss an even spacing by these digits.
         """
-        t = self.given["t"]
+        t = self.columns["t"]
         steps, half = numpy.diff(t), self._half_unit("t", {"t"})
         usual = float(numpy.sort(steps)[len(steps) // 2])
         off = float(abs(steps - usual * numpy.rint(steps / usual)).max())
@@ -207,22 +207,22 @@ class Rows:
     def _half_unit(self, group: str, own: set[str]) -> float:
         """Return half a unit of the last place of the columns ``own`` of a group, in SI."""
         precision = self.precision.get(group, 0.0)
-        names = [name for name in GROUPS[group] if name in own and name in self.given]
+        names = [name for name in GROUPS[group] if name in own and name in self.columns]
         if not precision or not names:
             return 0.0
-        return precision * max(float(abs(self.given[name]).max()) for name in names)
+        return precision * max(float(abs(self.columns[name]).max()) for name in names)
 
 
-def precisions(given: Columns) -> dict[str, float]:
+def precisions(columns: Columns) -> dict[str, float]:
     """Return half a unit of the last written place of each group over its largest number."""
-    found = {}
+    relative = {}
     for group, names in GROUPS.items():
-        present = [name for name in names if name in given]
+        present = [name for name in names if name in columns]
         if present:
-            stride = max(1, len(given["t"]) // MOST_SAMPLED)
-            values = numpy.concatenate([given[name][::stride] for name in present])
-            found[group] = half_unit(values)
-    return found
+            stride = max(1, len(columns["t"]) // MOST_SAMPLED)
+            values = numpy.concatenate([columns[name][::stride] for name in present])
+            relative[group] = half_unit(values)
+    return relative
 
 
 def half_unit(values: Array) -> float:

@@ -138,7 +138,7 @@ def conservation(
                     f"{table.where}: got {assumed.columns.name} columns, expected those of a rigid "
                     "body with another world or axis"
                 )
-            rows = rows.changed(convert(rows.given, convention, rows.body))
+            rows = rows.changed(convert(rows.columns, convention, rows.body))
         options = _other_options(file_rows, engine, convention, (world, axis))
         texts = table.texts if convention == OURS else None
         examination = partial(_examine, rows, table, file_rows, chosen, digits, cutoff, allow)
@@ -179,8 +179,8 @@ def _other_options(
                 conventions[text] = convention.in_world(*pair)
 
     def change(rows: Rows, other: Convention) -> Rows:
-        given = {name: values[: len(rows.t)] for name, values in file_rows.columns.items()}
-        return rows.changed(convert(given, other, rows.body))
+        columns = {name: values[: len(rows.t)] for name, values in file_rows.columns.items()}
+        return rows.changed(convert(columns, other, rows.body))
 
     return {text: partial(change, other=other) for text, other in conventions.items()}
 

@@ -129,11 +129,11 @@ def _units(rows: Rows) -> Array:
 def _difference(rows: Rows, true: Array) -> tuple[float, float]:
     """Return the relative difference of the first row up to a turn about z, and the turn (rad)."""
     own, other = _first_row(rows) / _units(rows), true / _units(rows)
-    known = ~numpy.isnan(own)
-    straight = float(abs(own - other)[known].max())
+    finite = ~numpy.isnan(own)
+    straight = float(abs(own - other)[finite].max())
     if straight <= LEAST_TURN or not rows.assumed.columns.azimuth:
         return straight, 0.0
-    pairs = [(complex(own[i], own[j]), complex(other[i], other[j])) for i, j in PAIRS if known[i]]
+    pairs = [(complex(own[i], own[j]), complex(other[i], other[j])) for i, j in PAIRS if finite[i]]
     turn = cmath.phase(sum(x * y.conjugate() for x, y in pairs))
     back = cmath.exp(-1j * turn)
     turned = max(*(abs(x * back - y) for x, y in pairs), *(abs(own[i] - other[i]) for i in (2, 5)))
@@ -243,7 +243,7 @@ def agreement(rows: Rows, followed: set[str]) -> Check:
     meaning = "columns beside those of the state agree with it, each relative to its size"
     assumed = rows.assumed
     own = {"t", *assumed.columns.names, *assumed.columns.height}
-    extra = [name for name in rows.given if name not in own]
+    extra = [name for name in rows.columns if name not in own]
     if not extra:
         return Check("agreement", "pass", 0.0, SAME_COLUMN, 0.0, "no further columns", meaning)
     hidden = set() if assumed.columns.azimuth else HORIZONTAL
@@ -253,10 +253,10 @@ def agreement(rows: Rows, followed: set[str]) -> Check:
     }
     left = [name for name in extra if name not in expected and name not in followed]
     bound, worst, wrong, at = 4 * rows.rounding, 0.0, "", 0
-    columns = {name: (rows.given[name], values) for name, values in expected.items()}
+    columns = {name: (rows.columns[name], values) for name, values in expected.items()}
     column_sizes = _sizes(rows, expected)
     if "qw" in extra and assumed.columns.azimuth:  # the turn about the axis is no part of the state
-        axis = numpy.array(axis_of(*(rows.given[name] for name in QUATERNION)))
+        axis = numpy.array(axis_of(*(rows.columns[name] for name in QUATERNION)))
         columns["the quaternion"] = norm(axis - rows.motion.k), 0 * rows.t
         column_sizes["the quaternion"] = 1 + 0 * rows.t
     for name, (values, true) in columns.items():
@@ -363,15 +363,15 @@ def _compared_rows(rows: Rows, texts: Texts | None, time: float, turn: float) ->
     With ``texts`` their original numbers are exact; columns that are derived, turned or counted
     from another origin are doubles.
     """
-    known = {*NewtonState._fields, *EulerState._fields, *TRACK}
-    known |= {*LIFTED} if rows.has_height else set()
-    known -= {"vx", "vy", "nu_x", "nu_y"} if rows.assumed.rolling else set()
-    values = {name: column for name, column in rows.given.items() if name in known}
+    comparable = {*NewtonState._fields, *EulerState._fields, *TRACK}
+    comparable |= {*LIFTED} if rows.has_height else set()
+    comparable -= {"vx", "vy", "nu_x", "nu_y"} if rows.assumed.rolling else set()
+    values = {name: column for name, column in rows.columns.items() if name in comparable}
     exact = {*values} if texts and not turn else set()
     if rows.assumed.columns.name == "rigid body":
         names = (*NewtonState._fields, *LIFTED)[: 10 if rows.has_height else 8]
         names = names if rows.has_velocity else names[:6]
-        values |= {n: getattr(rows.state, n) for n in names if n in known and n not in values}
+        values |= {n: getattr(rows.state, n) for n in names if n in comparable - {*values}}
     for name in ("psi", "x", "y"):  # they count from anywhere, in a solution from 0
         size = 1.0 if name == "psi" else rows.body.R
         if time == 0 and name in values and abs(values[name][0]) > SAME_START * size:

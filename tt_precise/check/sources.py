@@ -301,17 +301,17 @@ def require_size(size: int, what: str) -> None:
 def _npz(path: Path) -> Columns:
     """Return the arrays of an archive, whose headers say their sizes."""
     archive = zipfile.ZipFile(path)
-    members = {one.filename.removesuffix(".npy"): one for one in archive.infolist()}
+    members = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
 
     def load(name: str) -> Array:
-        held = members[name].file_size
+        stored = members[name].file_size
         with archive.open(members[name]) as file:
             version = numpy.lib.format.read_magic(file)[0]
             header = getattr(numpy.lib.format, f"read_array_header_{version}_0")
             shape, _, dtype = header(file)
             size = math.prod(shape) * dtype.itemsize
-            require_size(max(size, held), f"numbers in {name}")
-            if size > held:
+            require_size(max(size, stored), f"numbers in {name}")
+            if size > stored:
                 raise ValueError(f"{name} is shorter than it says")
         with numpy.load(path, allow_pickle=False) as arrays:
             array: Array = arrays[name]

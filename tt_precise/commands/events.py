@@ -57,16 +57,16 @@ def command(
         run = integrate(scene, events=events, progress=progress, **how)
     exactly, text = how["digits"] is not None, run.precision.text
     watched = [name.removeprefix(EXTREMUM) for name in run.setup.watched if EXTREMUM in name]
-    asked = [name.removeprefix("error:") for name in columns]
-    extra = list(dict.fromkeys(["theta", *watched, *asked, *columns]))
+    estimated = [name.removeprefix("error:") for name in columns]
+    extra = list(dict.fromkeys(["theta", *watched, *estimated, *columns]))
     rows = [
         row for row in event_rows(run, extra, exactly=exactly)
         if "all" in chosen or row["name"] in chosen
     ]  # fmt: skip
-    lines = [_line(row, asked) for row in rows]
+    lines = [_line(row, estimated) for row in rows]
     for row in rows:
         values = row["columns"].items()
-        row["columns"] = {name: v for name, v in values if name.removeprefix("error:") in asked}
+        row["columns"] = {name: v for name, v in values if name.removeprefix("error:") in estimated}
     # in free flight a top turns over without a climb
     climb = {} if scene.model == "flight" else run.inversion.times
     errors = run.inversion_errors if exactly and climb else {}

@@ -110,12 +110,12 @@ def columns(_: click.Context, __: click.Parameter, value: str) -> tuple[str, ...
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.mechanics.quantities import QUANTITIES
 
-    known = [*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS, "digits"]
+    columns = [*STATE_DIMENSIONS, *QUANTITIES, *POSE_COLUMNS, "digits"]
     names = tuple(name for name in listed(value) if name != "t")
     for name in names:
         plain = name.removeprefix("error:").removeprefix("drift:")
         drifts = INTEGRALS if name.startswith("drift:") else ()
-        require_name("--columns", plain, [*known, *drifts])
+        require_name("--columns", plain, [*columns, *drifts])
     return names
 
 

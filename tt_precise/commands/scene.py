@@ -137,8 +137,8 @@ def lines(scene: Scene, content: dict[str, Json]) -> Iterator[str]:
         if friction == "none":
             texts.pop("mu", None)
         yield f"  {table:<10} {', '.join(f'{name} {text}' for name, text in texts.items())}"
-    if given := content["given"]:
-        yield f"  given      {', '.join(f'{name} = {value}' for name, value in given.items())}"
+    if entries := content["given"]:
+        yield f"  entries      {', '.join(f'{name} = {value}' for name, value in entries.items())}"
     if scene.at_rest:
         yield f"  at rest    {scene.at_rest}"
     yield f"  gamma      {content['gamma']:.6g}"

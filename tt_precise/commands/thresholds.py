@@ -40,12 +40,12 @@ def command(scene: str, digits: int, as_json: bool) -> int:
 
 def lines(thresholds: Thresholds) -> Iterator[str]:
     """Yield the text: value, unit and number of agreeing digits; then the theorem's verdict."""
-    texts, asked = thresholds.as_dict()["quantities"], thresholds.digits
+    texts, digits = thresholds.as_dict()["quantities"], thresholds.digits
     for name, quantity in thresholds.quantities.items():
         value = texts[name]["value"] or "does not exist"
         agreed, agreement = quantity.digits_agreed, "determined twice"
         if agreed is not None:
-            agreement = f"{'ONLY ' if agreed < asked else ''}{agreed} digits agree"
+            agreement = f"{'ONLY ' if agreed < digits else ''}{agreed} digits agree"
         reason = f": {quantity.reason}" if quantity.reason else ""
-        yield f"{name:>12}  {value:<{asked + 9}} {quantity.unit:<10}  {agreement}{reason}"
+        yield f"{name:>12}  {value:<{digits + 9}} {quantity.unit:<10}  {agreement}{reason}"
     yield f"{'theorem':>12}  {thresholds.theorem}"

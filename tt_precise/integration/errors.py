@@ -78,7 +78,7 @@ def errors_of(run: Solution) -> Errors:
 
 def table_with_errors(
     run: Solution,
-    wanted: Sequence[Name],
+    names: Sequence[Name],
     times: Sequence[Fraction] | Array | None,
     numbers: Numbers,
 ) -> dict[Any, Array]:
@@ -86,16 +86,16 @@ def table_with_errors(
 
     Raises ``InputError``: there are times and such columns.
     """
-    estimates = _estimated(wanted)
-    drifts = [str(name) for name in wanted if is_drift(name)]
+    estimates = _estimated(names)
+    drifts = [str(name) for name in names if is_drift(name)]
     if not estimates and not drifts:
-        return table(run, wanted, times, numbers)
+        return table(run, names, times, numbers)
     if times is not None:
         raise InputError(
             "times: got times with estimated errors or drifts, which exist only at the "
             "samples, expected no times; choose the samples by sample_every of the scene"
         )
-    plain = [name for name in wanted if name not in estimates and name not in drifts]
+    plain = [name for name in names if name not in estimates and name not in drifts]
     columns = table(run, plain or ["theta"], None, numbers)
     if drifts:
         columns |= drift_columns(run, drifts, numbers)
@@ -105,26 +105,25 @@ def table_with_errors(
         columns |= {
             n: shortest_texts(errors[x]) if text else errors[x] for n, x in estimates.items()
         }
-    return {name: columns[name] for name in ("t", *wanted)}
+    return {name: columns[name] for name in ("t", *names)}
 
 
-def _estimated(wanted: Sequence[Name]) -> dict[str, Name]:
-    """Return the columns of errors among ``wanted``, each with the column whose error it is."""
-    own = {name.name.removesuffix(UNITLESS): name for name in wanted if isinstance(name, Quantity)}
-    names = [x for x in wanted if isinstance(x, str) and (x == DIGITS or x.startswith(ERROR))]
-    of = {name: name.removeprefix(ERROR) for name in names}
+def _estimated(names: Sequence[Name]) -> dict[str, Name]:
+    """Return the columns of errors among ``names``, each with the column whose error it is."""
+    own = {name.name.removesuffix(UNITLESS): name for name in names if isinstance(name, Quantity)}
+    labels = [x for x in names if isinstance(x, str) and (x == DIGITS or x.startswith(ERROR))]
+    of = {label: label.removeprefix(ERROR) for label in labels}
     return {name: own.get(column.removesuffix(UNITLESS), column) for name, column in of.items()}
 
 
-def events_with_errors(run: Solution, wanted: Sequence[Name]) -> dict[Any, Array]:
+def events_with_errors(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
     """Return ``reading.event_columns`` with columns of estimated errors, also of "error:t"."""
-    estimates = _estimated(wanted)
-    columns = event_columns(run, [name for name in wanted if name not in estimates])
+    estimates = _estimated(names)
+    columns = event_columns(run, [name for name in names if name not in estimates])
     if estimates:
-        names = tuple(set(estimates.values()) - {DIGITS, "t"})
-        errors = errors_of(run).events(names)
+        errors = errors_of(run).events(tuple(set(estimates.values()) - {DIGITS, "t"}))
         columns |= {name: errors[TIME if of == "t" else of] for name, of in estimates.items()}
-    return {name: columns[name] for name in ("name", "t", "direction", *wanted)}
+    return {name: columns[name] for name in ("name", "t", "direction", *names)}
 
 
 class Pair(NamedTuple):
@@ -332,7 +331,7 @@ class Errors:
                     late[at] = delay * unit
                     for name in names:
                         errors[name][at] = own[name]
-                first += len(segment.run.found.hits) + bool(segment.ended)
+                first += len(segment.run.events.hits) + bool(segment.ended)
         late = numpy.where(numpy.isfinite(late), late, math.inf)
         digits = numpy.minimum(digits, digits_of_time(late, seconds, unit))
         late = late + numpy.spacing(seconds) / 2 * run.precision.is_float
@@ -340,7 +339,7 @@ class Errors:
 
     def _inside(self, segment: Segment, before: tuple[str, ...]) -> Iterator[tuple[Array, Pair]]:
         """Give the delays of the events inside a segment, after its mode switches ``before``."""
-        other, numbers, hits = self.reference, self._numbers, segment.run.found.hits
+        other, numbers, hits = self.reference, self._numbers, segment.run.events.hits
         if not len(hits):
             return
         time = hits.time + times_in(numbers, [segment.begin])[0]
@@ -363,7 +362,7 @@ class Errors:
             if segment.ended and (switches, theirs.ended) == (before, segment.ended):
                 pair = _ends(segment, theirs, numbers)
                 end = segment.begin + segment.end_time
-                index = numpy.array([len(segment.run.found.hits)])
+                index = numpy.array([len(segment.run.events.hits)])
                 yield (
                     abs(float(end - theirs.begin - theirs.end_time)),
                     pair._replace(index=index, cleared=segment.cleared),

@@ -155,16 +155,16 @@ def errors_of_times(run: Solution) -> dict[str, float]:
     its error; and with every second theta larger and the others smaller, on which the lines of
     definition A depend most. The changes are added.
     """
-    known = errors_of(with_climb(run)).events()
+    errors = errors_of(with_climb(run)).events()
     events = event_columns(with_climb(run), ("theta", "phi_dot"))
 
     def shifted(name: str, by: Array) -> InversionTimes:
         column = [v if v is None else v + d for v, d in zip(events[name], by, strict=True)]
         return from_events({**events, name: column}, *_pi_and_side(run))
 
-    tilts = 10.0 ** -known["digits"]
+    tilts = 10.0 ** -errors["digits"]
     alternating = tilts * numpy.where(numpy.arange(len(tilts)) % 2, 1, -1)
-    shifts = ("t", known["error"]), ("theta", tilts), ("theta", alternating)
+    shifts = ("t", errors["error"]), ("theta", tilts), ("theta", alternating)
     changed = [shifted(name, by) for name, by in shifts]
     plain, errors = times_of(run), {}
     for name, t in {"equator": plain.equator, **plain.times}.items():

@@ -223,7 +223,7 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
     with rounding_of(arrays):
         unit = arrays.number(run.start.units.time)
         for segment in run.segments:
-            hits, begin = segment.run.found.hits, arrays.number(segment.begin)
+            hits, begin = segment.run.events.hits, arrays.number(segment.begin)
             rows = [(hits.name, hits.time, hits.direction, hits.state)]
             if segment.ended:
                 end = tuple(arrays.array([x]) for x in segment.end_row)
@@ -256,7 +256,7 @@ def integrals(run: Solution) -> list[Integral]:
 
 def changes(run: Solution, names: Iterable[Name]) -> str:
     """Return a sentence on the drifts in ``names`` of what the motion does not conserve, or ""."""
-    conserved = {name for one in integrals(run) for name in (one.name, *one.quantities)}
+    conserved = {name for law in integrals(run) for name in (law.name, *law.quantities)}
     drifts = (str(name) for name in names if is_drift(name))
     others = [name for name in drifts if name.removeprefix(DRIFT) not in conserved]
     if not others:

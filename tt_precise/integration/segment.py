@@ -46,7 +46,7 @@ class Propagation(NamedTuple):
     row: Row
     steps: int
     order: int
-    found: FoundEvents
+    events: FoundEvents
     series: Callable[[], Steps]
     samples: Array | None = None
 

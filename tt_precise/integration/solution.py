@@ -104,7 +104,7 @@ class Solution(Memory):
     @property
     def event_counts(self) -> Counter[str]:
         """Numbers of recorded events by name, including events that join segments."""
-        names = [name for segment in self.segments for name in segment.run.found.hits.name.tolist()]
+        names = [n for segment in self.segments for n in segment.run.events.hits.name.tolist()]
         return Counter(names + [segment.ended for segment in self.segments if segment.ended])
 
     @property
@@ -118,7 +118,7 @@ class Solution(Memory):
         return self._events_with("unresolved")
 
     def _events_with(self, kind: str) -> tuple[str, ...]:
-        names = {n for segment in self.segments for n in getattr(segment.run.found, kind)}
+        names = {n for segment in self.segments for n in getattr(segment.run.events, kind)}
         return tuple(name for name in self.setup.watched if name in names)
 
     @cached_property

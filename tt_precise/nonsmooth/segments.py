@@ -63,9 +63,9 @@ def segment(setup: Setup, start: InitialState, begin: Scalar) -> Segment:
     run = (propagate_in_doubles if setup.precision.doubles else propagate)(setup, start)
     if not setup.phase.has_clock:
         return Segment(begin, setup, start, run)
-    t, hits = setup.formulation.columns.index("t"), run.found.hits
-    events = run.found._replace(hits=replace(hits, time=hits.state[t]))
-    return RegularisedSegment(begin, setup, start, run._replace(time=run.row[t], found=events))
+    t, hits = setup.formulation.columns.index("t"), run.events.hits
+    events = run.events._replace(hits=replace(hits, time=hits.state[t]))
+    return RegularisedSegment(begin, setup, start, run._replace(time=run.row[t], events=events))
 
 
 class SegmentStart(NamedTuple):

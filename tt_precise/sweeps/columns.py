@@ -116,6 +116,6 @@ def outcomes(
     only fall from there; with g_n < 0 it may rise.
     """
     with numpy.errstate(all="ignore"):
-        held = energy_excludes(body, energy + SURE * numpy.abs(energy), lambda_, z) & falling
-    names = numpy.where(held, "does_not_invert", "undecided")
+        excluded = energy_excludes(body, energy + SURE * numpy.abs(energy), lambda_, z) & falling
+    names = numpy.where(excluded, "does_not_invert", "undecided")
     return numpy.where(crossed & (z < 0), "inverts", names).tolist()

@@ -55,11 +55,11 @@ def _draw_threshold(axes: Axes, rows: pandas.DataFrame, x: str, y: str) -> None:
     """Draw the line lambda = lambda_thres and its label so that both are seen on every colour."""
     from matplotlib.patheffects import withStroke
 
-    known = with_columns(rows, x, y).dropna(subset=[x, y, "lambda_ratio"])
-    ratio = known["lambda_ratio"]
-    if known.duplicated([x, y]).any() or not ratio.min() < 1 < ratio.max():
+    starts = with_columns(rows, x, y).dropna(subset=[x, y, "lambda_ratio"])
+    ratio = starts["lambda_ratio"]
+    if starts.duplicated([x, y]).any() or not ratio.min() < 1 < ratio.max():
         return
-    line = axes.tricontour(known[x], known[y], ratio, levels=[1], colors="black", linewidths=1.2)
+    line = axes.tricontour(starts[x], starts[y], ratio, levels=[1], colors="black", linewidths=1.2)
     line.set_path_effects([withStroke(linewidth=3.6, foreground="white")])
     for label in axes.clabel(line, fmt={1: THRESHOLD}, inline=False):
         label.set(rotation=0, bbox={"facecolor": "white", "edgecolor": "black", "pad": 3})

@@ -168,9 +168,9 @@ def rows_task(plan: Sweep, values: Array, version: str) -> Mapping[str, Array]:
 def _ranges(rows: pandas.DataFrame) -> dict[str, dict[str, float | None]]:
     numbers = rows.drop(columns=["index", "outcome"])
     ranges = numbers.agg(["min", "max", "mean"]).astype(object)
-    known = ranges.where(ranges.notna(), None).to_dict()
+    table = ranges.where(ranges.notna(), None).to_dict()
     missing = numbers.isna().sum().to_dict()
-    return {str(name): {**values, "missing": missing[name]} for name, values in known.items()}
+    return {str(name): {**values, "missing": missing[name]} for name, values in table.items()}
 
 
 # ---- rows again, in a finer arithmetic -----------------------------------------------------------

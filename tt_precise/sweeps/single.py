@@ -97,7 +97,7 @@ def row_of(
         "lambda_ratio": None if threshold is None else jellett(q) / threshold,
         **dict(zip(names.CROSSINGS, names.neighbours(crossings, times.equator), strict=True)),
         **{f"climb_{d}": getattr(times, d).duration for d in names.DEFINITIONS},
-        **{f"{one.kind}_{one.quantity}": _value(run, one) for one in names.statistics(record)},
+        **{f"{x.kind}_{x.quantity}": _value(run, x) for x in names.statistics(record)},
     }
     return {
         name: value if isinstance(value, str | int | None) else float(value)
