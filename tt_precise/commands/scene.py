@@ -138,7 +138,7 @@ def lines(scene: Scene, content: dict[str, Json]) -> Iterator[str]:
             texts.pop("mu", None)
         yield f"  {table:<10} {', '.join(f'{name} {text}' for name, text in texts.items())}"
     if entries := content["given"]:
-        yield f"  entries      {', '.join(f'{name} = {value}' for name, value in entries.items())}"
+        yield f"  given      {', '.join(f'{name} = {value}' for name, value in entries.items())}"
     if scene.at_rest:
         yield f"  at rest    {scene.at_rest}"
     yield f"  gamma      {content['gamma']:.6g}"
