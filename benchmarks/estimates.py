@@ -24,8 +24,7 @@ from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.terminal import Progress, progress_bar, say, silent
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.body import TippeTop
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Inclination, Scene, Start
+from tt_precise.scene.scene import Inclination, InitialState, Scene, Start
 
 OUT = Path("reports/measured/estimates.csv")
 SAMPLES = 1_000

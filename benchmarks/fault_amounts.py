@@ -34,15 +34,13 @@ from tt_precise.check.result import Result
 from tt_precise.integration import integrate
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics import euler, newton
-from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.parameters import Parameters, Units
-from tt_precise.mechanics.vectors import cross
+from tt_precise.mechanics.vectors import axis_of, cross
 from tt_precise.runtime.files import atomic_write
 from tt_precise.runtime.terminal import Progress, progress_bar, silent
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import load_scene
+from tt_precise.scene.scene import InitialState, load_scene
 
 SCENE = "reference"
 OUT = Path("reports/measured/fault-amounts.csv")

@@ -16,8 +16,7 @@ from tests.conftest import more
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import require_contact
 from tt_precise.runtime.values import InputError
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import load_scene, parse_scene
+from tt_precise.scene.scene import InitialState, load_scene, parse_scene
 
 TEXT = load_scene("reference").text
 SETTINGS = hypothesis.settings(deadline=None, derandomize=True, database=None)

@@ -27,7 +27,7 @@ from tt_precise.integration.events import Event
 from tt_precise.mechanics import conserved, laws, quantities
 from tt_precise.mechanics.laws import DIMENSIONLESS_MU, EPSILON, Law
 from tt_precise.mechanics.quantities import quantity
-from tt_precise.runtime import tables
+from tt_precise.runtime import files
 from tt_precise.scene import scene
 
 ROOT = Path(__file__).parents[1]
@@ -119,7 +119,7 @@ def test_a_command(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_table_format(said: Said, printed: Printed, monkeypatch: pytest.MonkeyPatch) -> None:
-    def write(path: Path, table: tables.Table) -> None:
+    def write(path: Path, table: files.Table) -> None:
         rows = [list(table), *zip(*table.values(), strict=True)]
         path.write_text("\n".join("\t".join(map(str, row)) for row in rows), "utf-8")
 
@@ -128,7 +128,7 @@ def test_a_table_format(said: Said, printed: Printed, monkeypatch: pytest.Monkey
         columns = (numpy.array(column, float) for column in zip(*rows, strict=True))
         return header, dict(zip(header, columns, strict=True)).__getitem__
 
-    monkeypatch.setitem(tables.FORMATS, ".tab", tables.Format(write))
+    monkeypatch.setitem(files.FORMATS, ".tab", files.Format(write))
     monkeypatch.setitem(sources.READERS, ".tab", read)
     said(SHORT, "--out a.tab")
     assert printed("check a.tab --scene reference")["verdict"] == "pass"
@@ -151,13 +151,13 @@ def test_a_check(said: Said, printed: Printed, monkeypatch: pytest.MonkeyPatch) 
 def test_every_check_and_every_format_is_described(said: Said) -> None:
     spoken = " ".join(said("check --help").split())
     columns = (ROOT / "docs/howto/columns.md").read_text("utf-8")
-    files = (ROOT / "docs/reference/files.md").read_text("utf-8")
+    page = (ROOT / "docs/reference/files.md").read_text("utf-8")
     names = [*(one.name for one in CHECKS), *OF_FILE]
     assert [name for name in names if f"`{name}`" not in columns] == []
     own = set(names) - set(conserved.INTEGRALS)
     assert [name for name in own if f" {name}" not in spoken] == []
-    written = [*filter(None, tables.FORMATS)]
-    assert [suffix for suffix in written if f"`{suffix}`" not in files] == []
+    written = [*filter(None, files.FORMATS)]
+    assert [suffix for suffix in written if f"`{suffix}`" not in page] == []
     assert [s for s in written if f" {s}" not in spoken] == []
 
 

@@ -88,7 +88,7 @@ def test_no_circle_of_files() -> None:
 
 
 # on these no number rests
-TOOLS = ("cache", "player", "plotting", "process", "tables", "terminal", "workers")
+TOOLS = ("cache", "player", "plotting", "terminal", "workers")
 NO_NUMBERS = {
     "tt_precise._version", "tt_precise.runtime", *(f"tt_precise.runtime.{tool}" for tool in TOOLS)
 }  # fmt: skip
@@ -178,7 +178,7 @@ TESTED_ELSEWHERE = {
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "integration/segment.py": "integration/test_solution.py",  # by the solutions it makes up
     "integration/registry.py": "nonsmooth/test_backend.py",  # of what is registered
-    **dict.fromkeys(("nonsmooth/phases.py", "nonsmooth/segments.py"), "nonsmooth/test_sticking.py"),
+    "nonsmooth/phases.py": "nonsmooth/test_sticking.py",
 }  # fmt: skip
 
 

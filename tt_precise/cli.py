@@ -13,7 +13,7 @@ import sys
 import click
 
 from tt_precise._version import __version__
-from tt_precise.runtime.process import Terminated, in_a_process_of_ours, raise_at_sigterm
+from tt_precise.runtime.terminal import Terminated, in_a_process_of_ours, raise_at_sigterm
 from tt_precise.runtime.values import InputError, wrong_name
 
 COMMANDS = {

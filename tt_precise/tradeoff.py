@@ -26,9 +26,8 @@ from tt_precise.runtime import plotting
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Arithmetic, Array, InputError
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,13 +20,11 @@ from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.laws import COULOMB, LAWS, REGULARISED, VISCOUS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import SPRINGS
-from tt_precise.mechanics.pose import Pose, pose
-from tt_precise.mechanics.quantities import Motion
+from tt_precise.mechanics.quantities import Motion, Pose, pose
 from tt_precise.mechanics.vectors import Quaternion, Vector, added, cross
 from tt_precise.runtime.values import Functions, Json, Scalar
 from tt_precise.scene.body import top_of
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 SEED = 2013
 STATES = 5  # Number of states of each law.

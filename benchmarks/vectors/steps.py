@@ -19,9 +19,8 @@ from benchmarks.vectors.states import (
 from tt_precise.exact.arithmetic import agreed_digits
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import flight
-from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import multiplied, rotate
+from tt_precise.mechanics.vectors import RigidBodyState, multiplied, rotate
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Json, Scalar
 from tt_precise.scene.numerals import as_fraction

@@ -19,8 +19,7 @@ from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.formulations import Formulation, integration_form
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Array, Json
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import InitialState, Scene, load_scene
 
 LANES = 8
 TIMES_A_DECADE = 4

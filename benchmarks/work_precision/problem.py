@@ -25,8 +25,7 @@ from tt_precise.mechanics.formulations import (
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.values import Functions, InputError, Scalar
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import InitialState, Scene, load_scene
 
 GOLDEN_BITS = 160  # holds the 34 decimals of golden data with room for the differences
 MOST_SAMPLES = 40  # Number of golden rows, evenly spaced, with which a method is compared.

@@ -19,7 +19,7 @@ from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 
 
 @pytest.fixture(autouse=True)

@@ -7,8 +7,8 @@ import tt_precise as tt
 from tests.check.conftest import rows_of
 from tt_precise.check import law_flow, residuals
 from tt_precise.check.law_flow import HALVINGS, MOST_TURN, TURN, propagate
-from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.flight import fly
+from tt_precise.mechanics.vectors import RigidBodyState
 
 
 def oscillator(y: numpy.ndarray) -> numpy.ndarray:

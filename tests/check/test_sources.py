@@ -18,7 +18,7 @@ from tests.check.conftest import VECTORS, Healthy, check, matches, refuses
 from tests.conftest import Patch, Said
 from tests.golden.tables import edit_cell
 from tt_precise.check import sources
-from tt_precise.runtime import tables
+from tt_precise.runtime import files
 
 AXIS = b"t,kx,ky,kz,Lx,Ly,Lz\n"
 
@@ -40,7 +40,7 @@ def test_every_format_gives_the_same_result(
     zipped.write_bytes(gzip.compress(written.read_bytes()))
     frame.to_parquet(tmp_path / "run.parquet")
     for suffix in (".json", ".arrow"):
-        tables.write_table(
+        files.write_table(
             tmp_path / f"run{suffix}", {name: frame[name].tolist() for name in VECTORS}
         )
     (tmp_path / "run.feather").write_bytes((tmp_path / "run.arrow").read_bytes())
@@ -222,7 +222,7 @@ def test_input_that_would_lose_something_is_refused(healthy: Healthy) -> None:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> int:
     """A bound that tests reach."""
-    for module in (sources, tables):
+    for module in (sources, files):
         monkeypatch.setattr(module, "MOST_BYTES", 100_000)
     return 100_000
 

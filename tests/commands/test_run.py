@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import Printed, Said, SceneFile, more
 from tests.runtime.conftest import READ
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.runtime.tables import FORMATS
+from tt_precise.runtime.files import FORMATS
 from tt_precise.scene.scene import load_scene
 
 VECTORS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")

@@ -5,7 +5,7 @@ import pytest
 
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.columns import digits_of_time, digits_over_rows
-from tt_precise.mechanics.pose import Pose
+from tt_precise.mechanics.quantities import Pose
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 

@@ -5,8 +5,7 @@ import pytest
 from tt_precise.integration.equations import Layout
 from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.formulations import integration_form
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 
 def test_series_satisfy_the_equations(reference: Scene) -> None:

@@ -6,10 +6,9 @@ import mpmath
 import pytest
 
 from tt_precise.mechanics import flight
-from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.newton import angular_momentum
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross, rotate, rotation
+from tt_precise.mechanics.vectors import RigidBodyState, cross, rotate, rotation
 
 BODY = (1.7, 0.6, 0.3, 0.37, 0.41, 9.82, 0)
 

@@ -14,7 +14,7 @@ from tests.integration.witness import witness
 from tests.nonsmooth.conftest import FLIES, edited, orders
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import flight
-from tt_precise.mechanics.conversion import RigidBodyState
+from tt_precise.mechanics.vectors import RigidBodyState
 from tt_precise.scene.numerals import to_mpmath
 from tt_precise.scene.scene import Scene, load_scene
 

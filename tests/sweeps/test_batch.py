@@ -4,8 +4,7 @@ import numpy
 import pytest
 
 from tt_precise.mechanics.formulations import integration_form
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import load_scene
+from tt_precise.scene.scene import InitialState, load_scene
 from tt_precise.sweeps import batch
 from tt_precise.sweeps.batch import BatchIntegrator, LaneEnd, LaneSteps, states_in
 from tt_precise.sweeps.rows import FLOATS

@@ -30,8 +30,8 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.mechanics.thresholds import BARRIERS, energy_excludes, least_energy
 from tt_precise.runtime.values import Scalar
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import InitialState
 
 # The estimate of the digits is a model, not a bound: the balls are ten times as wide.
 WIDENING = 10

@@ -25,8 +25,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.nonsmooth.lifting import pressed
 from tt_precise.nonsmooth.phases import elastic, raised
 from tt_precise.runtime.values import Arithmetic, Functions, Scalar
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 BALLS = Arithmetic(Balls, ball)
 contact_force = QUANTITIES["g_n"].evaluate  # Keeps a top on the table while it is positive.

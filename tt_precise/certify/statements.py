@@ -24,9 +24,8 @@ from tt_precise.mechanics.conserved import conserved
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import jellett
 from tt_precise.runtime.values import Scalar
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import exact
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import InitialState, Scene, load_scene
 
 BITS = 200  # Precision of the polynomials: 34 digits, and what eight seconds lose.
 

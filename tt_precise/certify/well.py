@@ -57,8 +57,7 @@ from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
 from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
 from tt_precise.mechanics.vectors import added, dot, scaled
 from tt_precise.runtime.values import Json
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 FORM = integration_form("gliding", "newton")
 WELL_BITS = 128

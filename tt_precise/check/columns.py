@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.mechanics.conversion import axis_of, spin
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
 from tt_precise.mechanics.newton import angular_momentum, contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross
+from tt_precise.mechanics.vectors import axis_of, cross, spin
 from tt_precise.runtime.values import Array, InputError, wrong_name
 from tt_precise.scene.start import LIFTED
 

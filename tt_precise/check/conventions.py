@@ -22,12 +22,11 @@ import numpy
 
 from tt_precise.check.columns import OMEGA, POSITION, QUATERNION, VELOCITY, Columns, stacked, unit
 from tt_precise.check.rows import Rows
-from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.newton import contact_arm
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import cross, dot, multiplied, rotate
+from tt_precise.mechanics.vectors import axis_of, cross, dot, multiplied, rotate
 from tt_precise.runtime.values import Arithmetic, Array, require_name
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 
 FRAME_RATES = (24, 30, 50, 60, 90, 100, 120, 144, 240, 500, 1000)
 TIME = {

@@ -19,11 +19,10 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.mechanics import compliant, friction, newton, rolling
-from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState, contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import Vector, cross, multiplied
+from tt_precise.mechanics.vectors import Vector, axis_of, cross, multiplied
 from tt_precise.runtime.values import Array, InputError
 from tt_precise.scene.scene import Scene
 
@@ -306,8 +305,8 @@ def through_switches(law: ContactLaw, row: Array, span: float) -> tuple[Array, f
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.nonsmooth import backend
     from tt_precise.nonsmooth.lifting import flying
-    from tt_precise.nonsmooth.segments import SegmentStart
-    from tt_precise.scene.initial_state import InitialState
+    from tt_precise.nonsmooth.phases import SegmentStart
+    from tt_precise.scene.scene import InitialState
 
     setup = Setup.of(law.scene, events=(), record=())
     start = InitialState.of(law.scene, setup.precision.arithmetic)

@@ -22,14 +22,14 @@ from tt_precise.check.law_flow import EPS
 from tt_precise.check.residuals import norm
 from tt_precise.check.rows import Rows
 from tt_precise.golden.solution import ComparedRows, Distance, TrueSolution, without_revolutions
-from tt_precise.mechanics.conversion import axis_of
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import jellett
+from tt_precise.mechanics.vectors import axis_of
 from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
+from tt_precise.scene.scene import InitialState
 from tt_precise.scene.start import LIFTED
 
 SAME_START = 1e-5  # The scene's start is copied into a simulator through 32-bit floats at worst.

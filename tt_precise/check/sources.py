@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.columns import ENGINES_OWN, KNOWN, choose_set, renamed
-from tt_precise.runtime.tables import MOST_BYTES, needed, too_large
+from tt_precise.runtime.files import MOST_BYTES, needed, too_large
 from tt_precise.runtime.values import Array, Check, InputError
 
 LONGEST_HEADER = 1_000_000  # characters among which the header is sought

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import click
 
-from tt_precise.runtime import plotting, tables
+from tt_precise.runtime import files, plotting
 from tt_precise.runtime.files import require_writable
 from tt_precise.runtime.terminal import say
 from tt_precise.runtime.values import InputError, Json, listed, require_name
@@ -39,7 +39,7 @@ class Written(click.Path):
         return path
 
 
-FILE, TABLE, PICTURE = Written(), Written(tables.format_of), Written(plotting.require_format)
+FILE, TABLE, PICTURE = Written(), Written(files.format_of), Written(plotting.require_format)
 FOLDER = click.Path(file_okay=False, path_type=Path)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 PRECISION = click.option(

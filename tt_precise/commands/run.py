@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from tt_precise.commands import options
-from tt_precise.runtime.tables import FORMATS
+from tt_precise.runtime.files import FORMATS
 from tt_precise.runtime.values import listed
 from tt_precise.scene.scene import RECORDABLE, Scene
 
@@ -59,7 +59,7 @@ def command(
     """
     from tt_precise.integration import integrate
     from tt_precise.integration.columns import POSE_COLUMNS
-    from tt_precise.runtime import plotting, tables
+    from tt_precise.runtime import files, plotting
     from tt_precise.runtime.terminal import progress_bar
     from tt_precise.summary import summarise
 
@@ -75,9 +75,9 @@ def command(
         )  # fmt: skip
     if out is not None:
         table = run.table(*columns, numbers="text")
-        if run.precision.name == "double" and tables.format_of(out).package:
+        if run.precision.name == "double" and files.format_of(out).package:
             table = {name: [t and float(t) for t in column] for name, column in table.items()}
-        tables.write_table(out, table)
+        files.write_table(out, table)
     if plot is not None:
         plotting.save(run.plot(*columns), plot)
     if animate is not None:

@@ -89,7 +89,7 @@ def summary(scene: Scene) -> dict[str, Json]:
 def warnings(scene: Scene, ratios: Mapping[str, float | None]) -> Iterator[str]:
     """Yield a warning for each unusual property."""
     from tt_precise.integration.precision import precision_named
-    from tt_precise.scene.initial_state import InitialState
+    from tt_precise.scene.scene import InitialState
 
     body, low, high = scene.body, 1 - scene.body.alpha, 1 + scene.body.alpha
     if max(body.I1, body.I3) > body.m * body.R**2:

@@ -27,16 +27,14 @@ from tt_precise.engines.protocol import (
 from tt_precise.golden.table import correct_digits
 from tt_precise.integration import integrate
 from tt_precise.mechanics import quantities
-from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.flight import fly
 from tt_precise.mechanics.laws import COULOMB, Law
 from tt_precise.mechanics.newton import NewtonState, angular_momentum
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.mechanics.vectors import rotate
+from tt_precise.mechanics.vectors import RigidBodyState, rotate
 from tt_precise.runtime.terminal import Progress, silent
 from tt_precise.runtime.values import Json
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import InitialState, Scene, load_scene
 
 UNTIL_S, INVERSION_UNTIL_S = "0.5", "4"
 LARGEST_STEP = Fraction(1, 1000)  # Default of the largest step in s.

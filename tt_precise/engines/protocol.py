@@ -23,11 +23,9 @@ from typing import IO, NamedTuple
 import numpy
 import pandas
 
-from tt_precise.mechanics.conversion import axis_of
-from tt_precise.mechanics.vectors import multiplied
+from tt_precise.mechanics.vectors import axis_of, multiplied
 from tt_precise.runtime.values import Arithmetic, Array, InputError, Json
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 DOUBLE = Arithmetic(numpy, float)
 COLUMNS = ("t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz")

@@ -24,8 +24,7 @@ from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Functions, Json, Scalar, whole_number
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import InitialState, Scene, load_scene
 
 MOST_DIGITS = 2000  # Largest number of digits: more are mostly typing errors.
 # Digits against some ten roundings in each formula; the fineness of the body comes on top of them,
@@ -90,7 +89,7 @@ class Thresholds:
         return f"<Thresholds, {self.digits} digits: {', '.join(texts)}; {self.theorem.verdict}>"
 
     def _repr_html_(self) -> str:
-        from tt_precise.runtime.tables import as_html
+        from tt_precise.runtime.files import as_html
 
         texts = self.as_dict()["quantities"]
         rows: list[tuple[object, ...]] = [

@@ -19,8 +19,7 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Functions, InputError, Scalar
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import InitialState, Scene, load_scene
 
 reference = integrate
 DIGITS = 80  # Digits of the linear theory.

@@ -29,9 +29,8 @@ from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import Motion, described, jellett
 from tt_precise.runtime.mpfr import mpfr_of
 from tt_precise.runtime.values import Functions, Json, Scalar
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import to_mpmath
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 WORKING_DIGITS, GUARD_DIGITS = 60, 10
 # Columns of events that a trajectory does not have: unit and meaning.

@@ -16,8 +16,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.parameters import RATE, SPEED, Dimension
-from tt_precise.mechanics.pose import Pose, pose
-from tt_precise.mechanics.quantities import QUANTITIES, Motion, Quantity, described
+from tt_precise.mechanics.quantities import QUANTITIES, Motion, Pose, Quantity, described, pose
 from tt_precise.mechanics.vectors import horizontal_length
 from tt_precise.runtime.values import (
     Array,
@@ -29,7 +28,7 @@ from tt_precise.runtime.values import (
     listed,
     wrong_name,
 )
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
@@ -74,7 +73,7 @@ class State:
         return f"<State at t = {float(self.t):.6g} s{tilt}, {self.precision.name}>"
 
     def _repr_html_(self) -> str:
-        from tt_precise.runtime.tables import as_html
+        from tt_precise.runtime.files import as_html
 
         rows = [(name, text, "s" if name == "t" else unit_of(name)) for name, text in self._lines]
         return as_html("State (SI)", rows)

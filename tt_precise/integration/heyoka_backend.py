@@ -17,11 +17,9 @@ from tt_precise.integration.segment import Propagation, Segment, require_few_ste
 from tt_precise.integration.setup import Setup, full_tolerance, no_contact_at_start
 from tt_precise.integration.steps import Steps, join, of_heyoka
 from tt_precise.integration.zeros import Zeros, nothing_found
-from tt_precise.runtime.process import import_heyoka
-from tt_precise.runtime.terminal import Progress
+from tt_precise.runtime.terminal import Progress, import_heyoka
 from tt_precise.runtime.values import Adaptive, Array, Scalar
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 LONGEST = 2.0**40  # No propagation whose state has the time gets so far: the state ends it.
 MOST_SAMPLES = 20_000  # States that are stored of a run at its sample times.

@@ -30,8 +30,7 @@ from tt_precise.integration.zeros import Zeros, nothing_found
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, Scalar
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 from tt_precise.taylor.system import StepBlock, System, number, numbers_of, order_of
 
 # Above it lie the finer run of a run in double and the coarsest level of ``digits=``, whose code of

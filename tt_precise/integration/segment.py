@@ -16,7 +16,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps, shifted
 from tt_precise.integration.zeros import FoundEvents
 from tt_precise.runtime.values import Array, InputError, Scalar
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 
 MOST_STEPS = 10_000_000  # Taylor steps of a run, some minutes in double.
 

@@ -35,8 +35,7 @@ from tt_precise.runtime.values import (
     require_name,
     shortened,
 )
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import RECORDABLE, Scene
+from tt_precise.scene.scene import RECORDABLE, InitialState, Scene
 from tt_precise.taylor.graph import Graph
 
 NoContact = Literal["singular_contact", "contact_lost"]

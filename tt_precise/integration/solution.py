@@ -23,9 +23,8 @@ from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup, full_tolerance, require_contact
 from tt_precise.runtime.terminal import Progress, progress_bar
 from tt_precise.runtime.values import InputError, Memory, Scalar
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction, to_mpmath
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 from tt_precise.scene.start import LiftedStart
 
 Status = Literal[

@@ -13,7 +13,7 @@ import numpy
 from tt_precise.integration.precision import LONG_DOUBLES, Hardware, functions_of
 from tt_precise.integration.setup import Setup
 from tt_precise.runtime.values import Array, ContinuousOutput, Scalar
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.system import StepBlock
 

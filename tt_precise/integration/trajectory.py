@@ -269,7 +269,7 @@ class Trajectory:
 
     def _repr_html_(self) -> str:
         """Show outcome and five digits; a slow precision shows digits computed before only."""
-        from tt_precise.runtime.tables import as_html
+        from tt_precise.runtime.files import as_html
 
         estimated = self.errors.available or self.precision.name not in SLOW
         values = end_state(self.run).values.items()

@@ -34,7 +34,7 @@ from tt_precise.integration.precision import DOUBLES, Hardware, functions_of
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 from tt_precise.taylor.interpolation import (
     Polynomials,
     extrema,

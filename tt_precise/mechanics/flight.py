@@ -15,11 +15,18 @@ from __future__ import annotations
 from collections import namedtuple
 
 from tt_precise.mechanics import euler, newton
-from tt_precise.mechanics.conversion import RigidBodyState
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import Described, Integrated, NewtonState, OfAxis
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import Quaternion, Vector, cross, multiplied, rotate, rotation
+from tt_precise.mechanics.vectors import (
+    Quaternion,
+    RigidBodyState,
+    Vector,
+    cross,
+    multiplied,
+    rotate,
+    rotation,
+)
 from tt_precise.runtime.values import Functions, Scalar
 
 

@@ -1,6 +1,11 @@
-"""Three-vectors and quaternions (scalar first) as plain tuples of scalars of any arithmetic."""
+"""Three-vectors, quaternions (scalar first) and the states that engines write, in any arithmetic.
+
+Vectors and quaternions are plain tuples of scalars.
+"""
 
 from __future__ import annotations
+
+from collections import namedtuple
 
 from tt_precise.runtime.values import Functions, Scalar
 
@@ -69,3 +74,29 @@ def rotation(omega: Vector, t: Scalar, fn: Functions) -> Quaternion:
     half = rate * t / 2
     s = fn.sin(half) / rate
     return (fn.cos(half), s * omega[0], s * omega[1], s * omega[2])
+
+
+# ---- the states that engines write ---------------------------------------------------------------
+
+
+class RigidBodyState(namedtuple("RigidBodyState", "qw qx qy qz wx wy wz vcx vcy vcz")):
+    """The state that physics engines write: orientation, angular velocity, velocity of CM.
+
+    The quaternion q (scalar first, any nonzero length) rotates the body frame to the inertial
+    frame; the symmetry axis is the body's third axis. omega and s_dot in the inertial frame.
+    """
+
+
+def spin(psi_dot: Scalar, phi_dot: Scalar, cosine: Scalar) -> Scalar:
+    """omega_3 = psi_dot + phi_dot cos theta; section 1."""
+    return psi_dot + phi_dot * cosine
+
+
+def axis_of(qw: Scalar, qx: Scalar, qy: Scalar, qz: Scalar) -> Vector:
+    """The symmetry axis in the inertial frame, for an orientation as in ``RigidBodyState``."""
+    norm = qw * qw + qx * qx + qy * qy + qz * qz
+    return (
+        2 * (qx * qz + qw * qy) / norm,
+        2 * (qy * qz - qw * qx) / norm,
+        (qw * qw + qz * qz - qx * qx - qy * qy) / norm,
+    )

@@ -13,14 +13,14 @@ from tt_precise.nonsmooth.phases import (
     FAST_GLIDING,
     FLIGHT_PHASE,
     LINEAR_CONTACT,
+    SegmentStart,
     elastic,
     raised,
+    segment,
 )
-from tt_precise.nonsmooth.segments import SegmentStart, segment
 from tt_precise.nonsmooth.sticking import sticking_and_slipping
 from tt_precise.runtime.terminal import Progress
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:

@@ -12,11 +12,10 @@ from tt_precise.mechanics import compliant, flight
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import contact_terms
 from tt_precise.mechanics.quantities import Motion
-from tt_precise.nonsmooth.phases import in_flight
-from tt_precise.nonsmooth.segments import MOST_SEGMENTS, SegmentStart
+from tt_precise.nonsmooth.phases import MOST_SEGMENTS, SegmentStart, in_flight
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Functions, InputError, Scalar
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 
 ENDS = {"separation": "separation", "release": "separation",
         "landing": "landing", "sinking": "landing"}  # fmt: skip

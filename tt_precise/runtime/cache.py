@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tt_precise.runtime.files import atomic_write
-from tt_precise.runtime.process import user_folder
+from tt_precise.runtime.terminal import user_folder
 from tt_precise.runtime.values import InputError, Json
 
 if TYPE_CHECKING:

@@ -19,9 +19,8 @@ from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future
 from dataclasses import dataclass
 from typing import Any
 
-from tt_precise.runtime.process import in_a_process_of_ours
-from tt_precise.runtime.tables import needed
-from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.files import needed
+from tt_precise.runtime.terminal import Progress, in_a_process_of_ours, silent
 from tt_precise.runtime.values import InputError, whole_number
 
 IN_FLIGHT_EACH = 2  # tasks of a worker: one at work, one waiting

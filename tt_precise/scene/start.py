@@ -205,7 +205,7 @@ def _check_keys(given: Mapping[str, Json]) -> None:
 
 
 def _with_psi_dot(start: Start, psi_dot: Fraction) -> Start:
-    from tt_precise.mechanics.conversion import spin
+    from tt_precise.mechanics.vectors import spin
 
     if not start.phi_dot:
         return replace(start, omega_3=psi_dot)

@@ -18,9 +18,9 @@ from tt_precise.integration.heyoka_backend import numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.terminal import import_heyoka
 from tt_precise.runtime.values import Array
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 
 heyoka = import_heyoka()
 

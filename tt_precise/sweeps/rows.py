@@ -23,7 +23,7 @@ from tt_precise.mechanics.formulations import integration_form
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.mechanics.thresholds import lambda_thres
 from tt_precise.runtime.values import Arithmetic, Array
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 from tt_precise.sweeps import columns as names
 from tt_precise.sweeps.batch import DOUBLE, BatchIntegrator, LaneEnd, LaneSteps
 from tt_precise.sweeps.columns import SMALLEST_FORCE, Statistic

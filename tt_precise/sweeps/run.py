@@ -13,9 +13,8 @@ import numpy
 from msgspec import to_builtins
 
 from tt_precise._version import __version__
-from tt_precise.runtime.process import import_heyoka
 from tt_precise.runtime.records import Record, means
-from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.terminal import Progress, import_heyoka, silent
 from tt_precise.runtime.values import Array, InputError, Json, listed, whole_number
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.scene.scene import Scene, load_scene

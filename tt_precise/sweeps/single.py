@@ -19,9 +19,8 @@ from tt_precise.integration.setup import ended_at_start, refused_in_doubles
 from tt_precise.mechanics.quantities import QUANTITIES, jellett
 from tt_precise.mechanics.thresholds import lambda_thres
 from tt_precise.runtime.values import Array, InputError, Json, Scalar
-from tt_precise.scene.initial_state import InitialState
 from tt_precise.scene.numerals import as_fraction
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 from tt_precise.scene.start import LiftedStart
 from tt_precise.sweeps import columns as names
 from tt_precise.sweeps.columns import Statistic

@@ -16,7 +16,7 @@ import numpy
 from tt_precise.integration.equations import Equations, along
 from tt_precise.integration.events import Event
 from tt_precise.mechanics.formulations import Formulation
-from tt_precise.runtime.process import import_heyoka
+from tt_precise.runtime.terminal import import_heyoka
 from tt_precise.runtime.values import Array
 from tt_precise.sweeps.batch import LaneSteps, states_in
 from tt_precise.taylor.interpolation import zero_between

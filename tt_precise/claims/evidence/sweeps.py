@@ -26,8 +26,7 @@ from tt_precise.mechanics.quantities import jellett
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.values import Arithmetic, Json
 from tt_precise.runtime.workers import Pool, local_pool
-from tt_precise.scene.initial_state import InitialState
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.scene.scene import InitialState, Scene, load_scene
 from tt_precise.sweeps.run import sweep
 from tt_precise.sweeps.starts import STARTS, grid
 

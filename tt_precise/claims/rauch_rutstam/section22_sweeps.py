@@ -18,7 +18,7 @@ from tt_precise.claims.verdicts import Grounds
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.quantities import E, E_pot, jellett
 from tt_precise.runtime.values import Arithmetic
-from tt_precise.scene.initial_state import InitialState
+from tt_precise.scene.scene import InitialState
 
 claim = claims_of("2.2")
 ABC = ("A", "B", "C")
