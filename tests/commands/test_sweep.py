@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import Printed, Said
 from tt_precise.cli import main
-from tt_precise.sweeps import single
+from tt_precise.sweeps import run
 from tt_precise.sweeps.columns import DERIVED, FIXED, OUTCOMES
 
 pytestmark = pytest.mark.usefixtures("few_lanes")
@@ -74,8 +74,8 @@ def test_a_row_that_a_finer_arithmetic_contradicts_is_no_success(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
     changes: dict[str, Any], text: str,
 ) -> None:  # fmt: skip
-    right = single.fine_row_of
-    monkeypatch.setattr(single, "fine_row_of", lambda *given: {**right(*given), **changes})
+    right = run.fine_row_of
+    monkeypatch.setattr(run, "fine_row_of", lambda *given: {**right(*given), **changes})
     words = "sweep reference --until 0.1 --vary phi_dot=90 --workers 1 --recheck 1"
     assert main(words.split()) == (1 if text else 0)
     printed = capsys.readouterr()

@@ -9,9 +9,8 @@ import pytest
 from tests.conftest import more
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import batch
-from tt_precise.sweeps.columns import TIMES
+from tt_precise.sweeps.columns import TIMES, fine_row_of, row_of
 from tt_precise.sweeps.rows import integrate_rows
-from tt_precise.sweeps.single import fine_row_of, row_of
 from tt_precise.sweeps.starts import Sweep, grid
 
 # Errors of times: some eps of the time and of the state, whose errors grow by 1e5 up to 8 s.

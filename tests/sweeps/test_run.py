@@ -13,7 +13,6 @@ from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import dask_pool
 from tt_precise.scene.scene import load_scene
 from tt_precise.sweeps import run as running
-from tt_precise.sweeps import single
 from tt_precise.sweeps.columns import FIXED
 
 SCENE = load_scene("reference").varied(until="0.05")
@@ -87,14 +86,14 @@ def test_recheck_is_a_number_of_rows() -> None:
 def test_a_finer_arithmetic_contradicts(
     monkeypatch: pytest.MonkeyPatch, changes: Any, expected: dict[str, Any] | None
 ) -> None:
-    right = single.fine_row_of
+    right = running.fine_row_of
 
     def wrong(*given: Any) -> dict[str, Any]:
         if isinstance(changes, Exception):
             raise changes
         return {**right(*given), **changes}
 
-    monkeypatch.setattr(single, "fine_row_of", wrong)
+    monkeypatch.setattr(running, "fine_row_of", wrong)
     check = tt.sweep(SCENE, STARTS[:1], recheck=1).attrs["summary"]["recheck"]
     assert check["contradictions"] == ([{"index": 0, **expected}] if expected else [])
     assert (check["differences"].get("min_g_n", 0) > 1e-3) == ("min_g_n" in str(changes))

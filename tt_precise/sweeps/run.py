@@ -18,7 +18,7 @@ from tt_precise.runtime.terminal import Progress, import_heyoka, silent
 from tt_precise.runtime.values import Array, InputError, Json, listed, whole_number
 from tt_precise.runtime.workers import Call, Failure, Pool, WorkerDiedError, local_pool
 from tt_precise.scene.scene import Scene, load_scene
-from tt_precise.sweeps.columns import OUTCOMES
+from tt_precise.sweeps.columns import OUTCOMES, fine_row_of
 from tt_precise.sweeps.starts import Sweep
 from tt_precise.sweeps.store import store_at
 
@@ -177,8 +177,6 @@ def _ranges(rows: pandas.DataFrame) -> dict[str, dict[str, float | None]]:
 
 def recheck_task(plan: Sweep, values: list[float]) -> dict[str, Json]:
     """Integrate a row again by another integrator, in a worker."""
-    from tt_precise.sweeps.single import fine_row_of
-
     return fine_row_of(plan.scene_of(values), plan.record, plan.contact)
 
 
