@@ -172,7 +172,6 @@ TESTED_ELSEWHERE = {
     "commands/engines.py": "engines/test_protocol.py",
     "commands/extremes.py": "extremes/test_run.py",
     "commands/tradeoff.py": "test_tradeoff.py",
-    "golden/documents.py": "test_schemas.py",  # records: every shipped file is one
     **dict.fromkeys(("report/solution.py", "report/style.py"), "report/test_sections.py"),
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},

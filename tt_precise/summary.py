@@ -131,7 +131,7 @@ def summarise(run: Trajectory, columns: Sequence[str] = (), *, exactly: bool = F
     ``exactly``: the climb and the forces in the arithmetic of the run, with their errors; otherwise
     in double, which costs a hundredth of a second.
     """
-    from tt_precise.certify.outcome import outcome_of
+    from tt_precise.certify.well import outcome_of
     from tt_precise.integration.reading import changes
 
     text, scene = run.precision.text, run.scene

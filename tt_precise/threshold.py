@@ -217,7 +217,7 @@ def answer(
     scene: Scene, value: Fraction, goal: str, precision: str = "double", tolerance: float = 0.0
 ) -> Answer:
     """Integrate the scene, and answer whether it reaches the goal."""
-    from tt_precise.certify.outcome import outcome_of
+    from tt_precise.certify.well import outcome_of
     from tt_precise.integration import integrate
 
     run = integrate(scene, precision, events=("equator",), record=(), tolerance=tolerance)

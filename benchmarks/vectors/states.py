@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from benchmarks.vectors.terms import disagreement, terms
-from tt_precise.exact.arithmetic import arithmetic_of, decimal, own_context
+from tt_precise.exact.stability import arithmetic_of, decimal, own_context
 from tt_precise.mechanics import flight, newton
 from tt_precise.mechanics.friction import cone_margin
 from tt_precise.mechanics.laws import COULOMB, LAWS, REGULARISED, VISCOUS

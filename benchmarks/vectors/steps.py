@@ -16,7 +16,7 @@ from benchmarks.vectors.states import (
     orientation,
     texts,
 )
-from tt_precise.exact.arithmetic import agreed_digits
+from tt_precise.exact.stability import agreed_digits
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import flight
 from tt_precise.mechanics.quantities import Motion

@@ -12,8 +12,8 @@ FOLDER = Path(__file__).parents[1] / "schemas"
 # name of the file: module and record
 DOCUMENTS = {
     "results": "tt_precise.report.build:Results",
-    "golden-manifest": "tt_precise.golden.documents:Manifest",
-    "golden-proof": "tt_precise.golden.documents:ProofRecord",
+    "golden-manifest": "tt_precise.golden.store:Manifest",
+    "golden-proof": "tt_precise.golden.store:ProofRecord",
     "run": "tt_precise.summary:RunSummary",
     "check": "tt_precise.check.result:Checked",
     "sweep": "tt_precise.sweeps.run:Summary",

@@ -489,7 +489,7 @@ def zeros_that_are_double(trusted: Any) -> None:
 @control
 def orders_at_the_start(trusted: Any) -> None:
     """Exact coefficients stand beside balls, some of which contain zero by their radius alone."""
-    start, models = trusted.start, trusted.models
+    start, models = trusted.problem, trusted.models
     nothing, root = start.Formal.of(0), start.FormalFunctions().sqrt(fmpq(2))
     wide = arb(0, 1)
 

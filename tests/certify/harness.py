@@ -21,7 +21,7 @@ import tt_precise.certify
 
 PACKAGE = "tt_precise.certify"
 # Modules in the order of their imports; ``propose`` is not trusted.
-MODULES = ("models", "propose", "kernel", "start", "zeros", "problem", "motion")
+MODULES = ("models", "propose", "kernel", "problem", "motion")
 BITS = 200
 
 
@@ -125,5 +125,5 @@ class Enclosing:
         until = self.states.time if until is None else arb(until)
         first = self.step.time == 0
         order = (lambda _: self.vanishing) if first else None
-        zeros = self.trusted.zeros.StepZeros(self.step, lambda state: state, order)
+        zeros = self.trusted.motion.StepZeros(self.step, lambda state: state, order)
         return zeros.of(function, until, double)

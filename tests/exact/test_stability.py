@@ -1,22 +1,26 @@
-"""Marginal spins: from the linearised equations alone, for ordinary and for extreme tops."""
+"""Marginal spins from the linearised equations alone, and the count of digits that agree."""
 
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+import mpmath
 import pytest
 
 from tests.conftest import top
 from tt_precise.exact import stability
-from tt_precise.exact.arithmetic import agreed_digits, own_context, rounding_to
 from tt_precise.exact.stability import (
     INVERTED,
     UPRIGHT,
     Complex,
+    agreed_digits,
+    decimal,
     hurwitz,
     is_stable,
     linearised,
     marginal_momentum,
+    own_context,
+    rounding_to,
 )
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
@@ -137,3 +141,35 @@ def test_a_zero_without_a_change_of_stability_is_refused(monkeypatch: pytest.Mon
     monkeypatch.setattr(stability, "_zero", lambda f, a, b, grid: zero(f, a, b, grid) * 101 / 100)
     with pytest.raises(ArithmeticError, match="no change of stability"):
         marginal_momentum(top(), INVERTED, 20, own_context(30))
+
+
+def test_a_context_leaves_the_global_one_alone() -> None:
+    before = mpmath.mp.dps
+    one, other = own_context(30), own_context(70)
+    assert (one.dps, other.dps, mpmath.mp.dps) == (30, 70, before)
+    assert decimal(other.mpf(5) / 2, 10, other) == "2.500000000"
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "digits"),
+    [
+        ("1", "1", 50),
+        ("1", "1 - 1e-60", 50),
+        ("1", "1 - 2e-40", 39),
+        ("1", "1 - 9e-41", 40),
+        ("1", "0.5", 0),
+        ("1", "4", 0),
+        ("0", "0", 50),
+        ("0", "1e-300", 0),
+        ("nan", "1", 0),
+        ("inf", "1", 0),
+    ],
+)
+def test_agreed_digits(a: str, b: str, digits: int) -> None:
+    context = own_context(80)
+    one, other = (
+        context.fsum(context.mpf(term) for term in text.replace("- ", "-").split())
+        for text in (a, b)
+    )
+    assert agreed_digits(one, other, 50, context) == digits
+    assert agreed_digits(other, one, 50, context) == digits

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from tt_precise.golden import building, store
-from tt_precise.golden.building import Built
-from tt_precise.golden.manifest import derive
+from tt_precise.golden.building import Built, derive
 from tt_precise.golden.runs import BITS, GoldenRun
 from tt_precise.golden.store import MANIFEST
 from tt_precise.golden.table import Table

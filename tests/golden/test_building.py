@@ -1,4 +1,4 @@
-"""Building: byte-identical again, refusing changes, refused after an interruption."""
+"""Building: byte-identical again, refusing changes; the manifest: claims from the tables alone."""
 
 import json
 from collections.abc import Mapping
@@ -11,9 +11,18 @@ import tt_precise as tt
 from tests.golden.conftest import Small, with_table
 from tests.golden.tables import with_cell
 from tt_precise.golden import building, store
-from tt_precise.golden.building import NEW, REFUSED, RENEWED, REPLACED, UNCHANGED, Built
+from tt_precise.golden.building import (
+    NEW,
+    REFUSED,
+    RENEWED,
+    REPLACED,
+    UNCHANGED,
+    Built,
+    constancies,
+)
 from tt_precise.golden.runs import BITS, GoldenRun
-from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY
+from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, read_files
+from tt_precise.golden.table import DIGITS, Table
 from tt_precise.runtime.files import locked
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
@@ -106,3 +115,22 @@ def test_a_mixture_of_two_builds_is_refused(small: Small, file: str) -> None:
 def test_two_builds_do_not_share_a_folder(small: Small) -> None:
     with locked(small.folder, store.WORK), pytest.raises(InputError, match="another golden build"):
         building.build([small.scene], folder=small.folder, workers=1)
+
+
+def few(scene: str, rows: int = 12) -> Table:
+    table = read_files(scene).trajectory
+    return Table(table.columns, table.rows[:rows])
+
+
+@pytest.mark.parametrize(
+    ("scene", "names"),
+    [
+        ("reference", {"jellett", "jellett_euler"}),
+        ("upright", {"jellett"}),  # a pole: no Euler angles
+        ("rocking", {"jellett"}),  # lambda = 0
+    ],
+)
+def test_integrals_are_constant_to_all_digits(scene: str, names: set[str]) -> None:
+    constant = constancies(read_files(scene).scene, few(scene))
+    assert constant.keys() & {"jellett", "jellett_euler"} == names
+    assert min(constant.values()) >= DIGITS - 1

@@ -12,7 +12,7 @@ import pytest
 
 import tt_precise as tt
 from tests.conftest import Patch, of_each_kind
-from tt_precise.golden import building, manifest, proofs, store
+from tt_precise.golden import building, proofs, store
 from tt_precise.golden.store import FILES, MANIFEST, PROOF
 from tt_precise.golden.verifying import inspect
 from tt_precise.integration import integrate
@@ -68,8 +68,8 @@ def test_a_fresh_build_equals_the_committed_bytes(
     """But for the versions of what made them, and the hash of a proof that came after it."""
     sealed = json.loads((store.home() / name / MANIFEST).read_text("utf-8"))
     made_by = sealed["versions"]
-    assert made_by.keys() == manifest.versions().keys()
-    monkeypatch.setattr(manifest, "versions", lambda: made_by)
+    assert made_by.keys() == building.versions().keys()
+    monkeypatch.setattr(building, "versions", lambda: made_by)
     scene = load_scene(name)
     # in this process, where the versions are those
     built = building.build_scene(name, scene.text, tmp_path / "data", False)

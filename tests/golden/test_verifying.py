@@ -15,7 +15,7 @@ from tests.conftest import Patch
 from tests.golden.conftest import Small, rehash
 from tests.golden.tables import edit_cell, edit_json, other_digit
 from tt_precise.golden import store, verifying
-from tt_precise.golden.manifest import derive
+from tt_precise.golden.building import derive
 from tt_precise.golden.runs import GoldenRun, perform
 from tt_precise.golden.store import EVENTS, FILES, MANIFEST, TRAJECTORY, Stored
 from tt_precise.golden.table import Table

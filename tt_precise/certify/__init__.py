@@ -2,13 +2,12 @@
 
 One small program is trusted. It verifies at run time everything on which it depends:
 
-- ``problem``: an exact initial value problem, and the problem of a scene.
+- ``problem``: an exact initial value problem, that of a scene, and signs at t = 0, where many
+  functions vanish.
 - ``kernel``: the theorem with its proof, and the verification of its hypotheses, step by step.
-- ``zeros``: the zeros of functions in a step; ``start``: signs at t = 0, where many functions
-  vanish.
-- ``motion``: phases, samples and events; a step that cannot be verified is shortened.
+- ``motion``: phases, samples and zeros in a step; a step that cannot be verified is shortened.
 - ``compare``: golden tables against the enclosure, cell by cell.
-- ``well``: a second theorem, on all later times.
+- ``well``: a second theorem, on all later times, and what it says of the end of any trajectory.
 
 ``propose`` guesses polynomials, weights, bases and lengths of steps, and is not trusted. The
 arithmetics are in ``balls`` and ``models``. ``statements`` derives the statements about a scene;

@@ -19,8 +19,7 @@ from tt_precise.certify.balls import NotProved, bounds, outward, round_to
 from tt_precise.certify.compare import TableComparison, compare
 from tt_precise.certify.statements import BITS, Proof, prove
 from tt_precise.golden import store
-from tt_precise.golden.documents import PROOF_SCHEMA
-from tt_precise.golden.store import PROOF, Stored
+from tt_precise.golden.store import PROOF, PROOF_SCHEMA, Stored
 from tt_precise.golden.table import malformed_cells
 from tt_precise.runtime.files import atomic_write, locked, read_json
 from tt_precise.runtime.values import InputError, Json, Scalar

@@ -35,28 +35,40 @@ interval of theta only if omega_3 = 0, which W2 excludes. So theta is constant. 
 L' = phi_dot z x L, or phi_dot (L.k - I1 phi_dot cos theta) = -alpha m g R, hence phi_dot is not
 zero; then (c.e1)' = phi_dot c.e2 = 0 makes c and B zero: a tumbling motion, which W1 excludes. So
 it is vertical, at z0, with L parallel to k. ∎
+
+``outcome_of`` says what the theorem proves about the end of a trajectory, whatever integrated it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from fractions import Fraction
+from typing import Literal, NamedTuple
 
 import flint
 from flint import arb
 
-from tt_precise.certify.balls import Balls, NotProved, bounds, largest, outward, round_to
+from tt_precise.certify.balls import Balls, NotProved, ball, bounds, largest, outward, round_to
 from tt_precise.certify.problem import BALLS
+from tt_precise.exact.thresholds import Theorem, theorem
+from tt_precise.integration import Trajectory
 from tt_precise.mechanics import friction, newton
 from tt_precise.mechanics.formulations import integration_form
 from tt_precise.mechanics.newton import CentreState, NewtonState, contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, jellett
-from tt_precise.mechanics.thresholds import least_energy, tumbling_lambda_squared
+from tt_precise.mechanics.thresholds import (
+    BARRIERS,
+    energy_excludes,
+    least_energy,
+    tumbling_lambda_squared,
+)
 from tt_precise.mechanics.vectors import added, dot, scaled
-from tt_precise.runtime.values import Json
+from tt_precise.runtime.values import Json, Scalar
+from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import InitialState, Scene
 
 FORM = integration_form("gliding", "newton")
@@ -67,6 +79,8 @@ WIDER = arb("1.04").mid()
 SPEEDS = (None, 0.05, 0.1, 0.2, 0.4)  # Bounds v1 in units of sqrt(g R), tried in this order.
 DIRECTIONS = 32  # Directions of v at which W5 is verified; each stands for an arc.
 LIMITS = ("D", "E", "E_tilde", "omega_3")
+# The estimate of the digits is a model, not a bound: the balls are ten times as wide.
+WIDENING = 10
 
 
 @dataclass(frozen=True)
@@ -218,3 +232,100 @@ class _Well:
     def _rubbed(self, state: NewtonState) -> Parameters:
         """The body with its friction at this velocity."""
         return friction.viscous_at(self.body, state.vx, state.vy, Balls)
+
+
+class Equator(NamedTuple):
+    """The passage of the axis through theta = pi/2, and its time (s), None without a passage."""
+
+    verdict: Literal["passed", "not_passed", "never"]
+    t: Scalar
+
+
+class End(NamedTuple):
+    """The spin that the motion approaches, with the reason, or why that is not known."""
+
+    verdict: Literal["inverted", "upright", "not_inverted", "undecided"]
+    reason: str
+
+
+class Outcome(NamedTuple):
+    """Three different statements about a trajectory that turns over, or does not.
+
+    - ``theorem``: whether the condition of Theorem 1.1 holds, from the body and the start alone.
+    - ``equator``: whether the axis rose through theta = pi/2 while the motion was integrated;
+      "never" if energy and lambda at the end exclude this passage for all times.
+    - ``end``: the steady spin that the motion approaches after its last state, stated only where
+      energy and lambda prove it for every state within the estimated error of the last state; a
+      motion whose energy is below the barrier before the inverted spin is "not inverted".
+
+    The statements may differ: a top beyond the equator may settle on an inclined axis, and a top
+    that inverts at 6 s has not passed the equator after 4 s.
+    """
+
+    theorem: Theorem
+    equator: Equator
+    end: End
+
+
+def outcome_of(trajectory: Trajectory, equator: Scalar) -> Outcome:
+    """Return the three statements; ``equator`` is the time of the first crossing (s) or None."""
+    end, excluded = _confinement(trajectory)
+    verdict: Literal["passed", "not_passed", "never"] = "passed"
+    if equator is None:
+        verdict = "never" if excluded else "not_passed"
+    return Outcome(theorem(trajectory.scene), Equator(verdict, equator), end)
+
+
+def _confinement(trajectory: Trajectory) -> tuple[End, bool]:
+    """The statement of the energy about all times after the last state, and about the equator.
+
+    The second value says that the axis stays on its side of the equator.
+    """
+    scene = trajectory.scene
+    if trajectory.status != "complete":
+        return End("undecided", f"the motion ended: {trajectory.status}"), False
+    if scene.lifts:
+        return End("undecided", "the top may leave the table, or sink into it"), False
+    if scene.start.theta.at_pole:
+        return End("undecided", "the axis is vertical from the start"), False
+    with flint.ctx.workprec(max(WELL_BITS, trajectory.precision.bits + 20)):
+        body = InitialState.of(scene, BALLS).body
+        state = _last_state(trajectory)
+        q = Motion(body, state, Balls, scene.model)
+        lambda_, energy = jellett(q), QUANTITIES["E"].evaluate(q)
+        z = state.kz
+        never = bool(energy_excludes(body, energy, lambda_, z))
+        try:
+            pole = trapping_region(scene, scene.until, state).pole
+            return End("inverted" if pole < 0 else "upright", "energy and lambda confine it"), never
+        except NotProved as error:
+            reason = f"energy and lambda do not confine it at the end: {error.reason}"
+        if energy_excludes(body, energy, lambda_, z, to=-1):
+            return End("not_inverted", _barrier(body, energy, lambda_, z)), never
+        return End("undecided", reason), never
+
+
+def _barrier(body: Parameters, energy: Scalar, lambda_: Scalar, z: Scalar) -> str:
+    """The reason why the energy excludes the way from cos theta = ``z`` to the inverted spin."""
+    if least_energy(body, arb(-1), lambda_) > energy:
+        return "its energy is too low for the inverted spin"
+    way = [z + (-1 - z) * i / BARRIERS for i in range(BARRIERS)]
+    top = max(way, key=lambda cosine: float(least_energy(body, cosine, lambda_)))
+    degrees = math.degrees(math.acos(float(top)))
+    return f"its energy is too low for theta = {degrees:.0f} deg, before the inverted spin"
+
+
+def _last_state(trajectory: Trajectory) -> NewtonState:
+    """The last state, dimensionless, in balls as wide as its estimated error.
+
+    The digits are relative to the size of the vector k, L or v; v counts as at least sqrt(g R).
+    """
+    segment = trajectory.run.segments[-1]
+    motion = segment.columns.motion(segment.end_row)
+    numbers = [as_fraction(value) for value in NewtonState(*motion.state[:8])]
+    share = WIDENING * Fraction(10) ** -int(trajectory.digits)
+    components = []
+    for first, last in ((0, 3), (3, 6), (6, 8)):
+        size = max(Fraction(1), *map(abs, numbers[first:last]))
+        components += [ball(x) + arb(0, ball(share * size)) for x in numbers[first:last]]
+    return NewtonState(*components)

@@ -8,6 +8,8 @@ top of any size.
 Rotations about z commute with the equations, so the six horizontal components combine to three
 complex components, kx + i ky, Lx + i Ly, vx + i vy, and the linearised system to a complex 3x3
 matrix; kz and Lz change only at second order.
+
+Results are rounded once, into an mpmath context of their own; ``agreed_digits`` compares them.
 """
 
 from __future__ import annotations
@@ -17,16 +19,53 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from gmpy2 import mpq
+from mpmath import MPContext
 
-from tt_precise.exact.arithmetic import rounding_to
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.runtime.values import Functions, Ring, Scalar
+from tt_precise.runtime.values import Arithmetic, Functions, Ring, Scalar
 from tt_precise.scene.body import TippeTop
+from tt_precise.scene.numerals import to_mpmath
 
 UPRIGHT, INVERTED = 1, -1
 GUARD_DIGITS = 10  # Digits to which a marginal rate is determined beyond the requested ones.
+
+
+def own_context(digits: int) -> Functions:
+    """A new mpmath context of ``digits`` decimal digits; the global context does not change."""
+    context = MPContext()
+    context.dps = digits
+    return context
+
+
+def arithmetic_of(context: Functions) -> Arithmetic:
+    """An mpmath context as an ``Arithmetic``."""
+    return Arithmetic(context, rounding_to(context))
+
+
+def rounding_to(context: Functions) -> Callable[[Fraction], Scalar]:
+    """The function that rounds an exact number once into ``context``."""
+    return lambda value: to_mpmath(value, context)
+
+
+def agreed_digits(a: Scalar, b: Scalar, most: int, context: Functions) -> int:
+    """Decimal digits on which ``a`` and ``b`` agree: -log10 |a - b|/max, at most ``most``.
+
+    0 if they differ by more than their size, or one of them is infinite or NaN.
+    """
+    difference = abs(a - b)
+    if difference == 0:
+        return most
+    relative = difference / max(abs(a), abs(b))
+    if not relative < 1:
+        return 0
+    return min(most, int(context.floor(-context.log10(relative))))
+
+
+def decimal(value: Scalar, digits: int, context: Functions) -> str:
+    """``value`` as a decimal string of ``digits`` significant digits."""
+    return context.nstr(value, digits, strip_zeros=False)
 
 
 @dataclass(frozen=True)

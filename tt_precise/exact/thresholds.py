@@ -15,8 +15,17 @@ from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
 
-from tt_precise.exact import arithmetic
-from tt_precise.exact.stability import INVERTED, UPRIGHT, fineness, marginal_momentum
+from tt_precise.exact.stability import (
+    INVERTED,
+    UPRIGHT,
+    agreed_digits,
+    arithmetic_of,
+    decimal,
+    fineness,
+    marginal_momentum,
+    own_context,
+    rounding_to,
+)
 from tt_precise.mechanics import euler, friction, newton
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.euler import EulerState, vectors_from_euler
@@ -103,7 +112,7 @@ class Thresholds:
         """Return the results as strings of ``digits`` digits, for JSON."""
 
         def text(number: Scalar) -> str | None:
-            return None if number is None else arithmetic.decimal(number, self.digits, self.context)
+            return None if number is None else decimal(number, self.digits, self.context)
 
         return {
             "digits": self.digits,
@@ -159,8 +168,8 @@ class _Determinations:
         self.scene, self.digits = scene, digits
         # A tilt of 1e-30 leaves sin^2 theta = 1e-60 of phi_dot in lambda.
         guard = fineness(scene.body) + scene.start.theta.offset.denominator.bit_length()
-        self.fn = arithmetic.own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
-        start = InitialState.in_si(scene, arithmetic.arithmetic_of(self.fn))
+        self.fn = own_context(digits + GUARD_DIGITS + min(guard, MOST_GUARD))
+        start = InitialState.in_si(scene, arithmetic_of(self.fn))
         self.top, self.euler, self.motion = start.body, start.euler, start.motion(self.fn)
         self.lambda_start = QUANTITIES["lambda"].evaluate(self.motion)
 
@@ -241,7 +250,7 @@ class _Determinations:
         state = EulerState(self.fn.mpf(1), self.fn.mpf(1), 0, self.fn.mpf(1), 0, 0)
         rate = euler.rates(self.top, state, self.fn)
         return self.compare(
-            arithmetic.rounding_to(self.fn)(self.scene.body.gamma),
+            rounding_to(self.fn)(self.scene.body.gamma),
             state.theta_dot * state.omega_3 / (rate.phi_dot * self.fn.sin(state.theta)),
             "value: I1/I3; independent: the gyroscopic response "
             "theta_dot omega_3/(phi_ddot sin theta) of the equations of motion at phi_dot = nu = 0",
@@ -254,7 +263,7 @@ class _Determinations:
         spin_up = euler.rates(sliding, state, self.fn).omega_3
         force = newton.contact_force(sliding, vectors_from_euler(sliding, state, self.fn))
         return self.compare(
-            arithmetic.rounding_to(self.fn)(self.scene.body.sigma),
+            rounding_to(self.fn)(self.scene.body.sigma),
             sliding.m * sliding.R * spin_up / (force[1] * self.fn.sin(state.theta)),
             "value: m R^2/I3; independent: R omega_3_dot/(s_ddot_y sin theta), the response of "
             "spin (Euler form) and centre of mass (vectors) to friction, with mu = 1 s/m",
@@ -265,7 +274,7 @@ class _Determinations:
         if value is None or independent is None:
             agreed = None if value is independent else 0
         else:
-            agreed = arithmetic.agreed_digits(value, independent, self.digits, self.fn)
+            agreed = agreed_digits(value, independent, self.digits, self.fn)
         return Determination(value, independent, agreed, how, unit)
 
 

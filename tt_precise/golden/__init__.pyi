@@ -1,9 +1,9 @@
 from .building import Built as Built
 from .building import build as build
-from .comparing import Comparison as Comparison
-from .comparing import compare as compare
 from .loading import GoldenFrame as GoldenFrame
 from .loading import load as load
+from .solution import Comparison as Comparison
+from .solution import compare as compare
 from .store import scenes as scenes
 from .verifying import Verification as Verification
 from .verifying import verify as verify

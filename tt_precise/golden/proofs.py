@@ -16,8 +16,7 @@ from functools import cached_property
 from pathlib import Path
 
 from tt_precise.golden import store
-from tt_precise.golden.documents import ProofRecord
-from tt_precise.golden.store import EVENTS, PROOF, SCENE, TRAJECTORY, Stored
+from tt_precise.golden.store import EVENTS, PROOF, SCENE, TRAJECTORY, ProofRecord, Stored
 from tt_precise.golden.table import DIGITS, LABELS, ZERO, last_digit_exponent, malformed_cells
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy
 
 from tt_precise.golden import proofs, store
-from tt_precise.golden.manifest import derive
+from tt_precise.golden.building import derive
 from tt_precise.golden.runs import BITS, GoldenRun, columns, exact_decimal, perform
 from tt_precise.golden.solution import relative_errors
 from tt_precise.golden.store import EVENTS, MANIFEST, PROOF, SCENE, TRAJECTORY, Folder, Stored

@@ -12,7 +12,7 @@ import pytest
 from tt_precise.claims.evidence import motions
 from tt_precise.claims.evidence.motions import Case, cases, minima, minimum, past, tumbles
 from tt_precise.claims.evidence.run import REFERENCE, variant
-from tt_precise.exact.arithmetic import own_context
+from tt_precise.exact.stability import own_context
 from tt_precise.integration import integrate
 from tt_precise.mechanics import euler, thresholds
 from tt_precise.mechanics.euler import EulerState

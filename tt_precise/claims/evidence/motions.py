@@ -19,8 +19,7 @@ from scipy.integrate import odeint, solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from tt_precise.claims.evidence.run import Run, SceneLike, variant
-from tt_precise.exact.arithmetic import own_context, rounding_to
-from tt_precise.exact.stability import is_stable, linearised
+from tt_precise.exact.stability import is_stable, linearised, own_context, rounding_to
 from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.euler import EulerState
 from tt_precise.mechanics.newton import NewtonState

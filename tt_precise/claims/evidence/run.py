@@ -18,7 +18,7 @@ import pandas
 
 from tt_precise.claims.evidence.proved import SceneLike, proofs_of
 from tt_precise.claims.part import Value
-from tt_precise.exact.arithmetic import rounding_to
+from tt_precise.exact.stability import rounding_to
 from tt_precise.exact.thresholds import Thresholds, lambda_at_start, thresholds
 from tt_precise.golden.proofs import Established
 from tt_precise.integration import Trajectory, catalogue, integrate

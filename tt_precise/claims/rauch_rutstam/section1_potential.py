@@ -19,7 +19,7 @@ from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, rising, variant
 from tt_precise.claims.part import Part, decimal, statement, statements
 from tt_precise.claims.rauch_rutstam.section1_equations import ROUTH_RATE
 from tt_precise.claims.verdicts import Grounds
-from tt_precise.exact.arithmetic import own_context
+from tt_precise.exact.stability import own_context
 from tt_precise.mechanics import thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters

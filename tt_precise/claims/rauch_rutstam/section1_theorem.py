@@ -24,8 +24,7 @@ from tt_precise.claims.evidence.run import (
 )
 from tt_precise.claims.part import Part, Value, decimal, statement
 from tt_precise.claims.verdicts import Grounds
-from tt_precise.exact.arithmetic import own_context, rounding_to
-from tt_precise.exact.stability import INVERTED, UPRIGHT
+from tt_precise.exact.stability import INVERTED, UPRIGHT, own_context, rounding_to
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.mechanics import euler, newton, thresholds
 from tt_precise.mechanics.euler import EulerState

@@ -12,7 +12,7 @@ from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.run import MANY, REFERENCE, Run, Span
 from tt_precise.claims.part import Part, decimal, statement, statements
 from tt_precise.claims.verdicts import Grounds
-from tt_precise.exact.arithmetic import rounding_to
+from tt_precise.exact.stability import rounding_to
 from tt_precise.mechanics import thresholds as formulas
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, Quantity
