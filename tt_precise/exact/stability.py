@@ -7,9 +7,7 @@ top of any size.
 
 Rotations about z commute with the equations, so the six horizontal components combine to three
 complex components, kx + i ky, Lx + i Ly, vx + i vy, and the linearised system to a complex 3x3
-matrix; kz and Lz change only at second order.
-
-Results are rounded once, into an mpmath context of their own; ``agreed_digits`` compares them.
+matrix; kz and Lz change only at second order. Results are rounded once, into an mpmath context.
 """
 
 from __future__ import annotations
