@@ -107,11 +107,11 @@ def test_a_command(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     module = types.ModuleType("tt_precise.commands.invented")
 
     @click.command("invented")
-    def command() -> int:
+    def invented_command() -> int:
         click.echo("It works.")
         return 0
 
-    module.__dict__["command"] = command
+    module.__dict__["invented_command"] = invented_command
     monkeypatch.setitem(sys.modules, module.__name__, module)
     monkeypatch.setitem(cli.COMMANDS, "invented", "Show that it works.")
     assert "Show that it works." in said("--help")

@@ -167,11 +167,8 @@ CHAPTERS = "claims/test_chapters.py"  # one test judges the claims of each chapt
 TESTED_ELSEWHERE = {
     "__main__.py": "test_cli.py",
     "_version.py": "test_package.py",
-    "commands/check.py": "check/test_command.py",  # beside the fixtures of the folder
     "commands/golden.py": "golden/test_command.py",
-    "commands/engines.py": "engines/test_protocol.py",
-    "commands/extremes.py": "extremes/test_run.py",
-    "commands/tradeoff.py": "test_tradeoff.py",
+    "commands/numerics.py": "test_tradeoff.py",  # and extremes/test_run.py
     **dict.fromkeys(("report/solution.py", "report/style.py"), "report/test_sections.py"),
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},

@@ -33,7 +33,7 @@ def table_of(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[s
 @maker
 def columns(_: str) -> Iterator[str]:
     """Each column set with units and meanings, and the conventions."""
-    from tt_precise.commands.columns import CONVENTIONS, column_sets, meaning
+    from tt_precise.commands.check import CONVENTIONS, column_sets, meaning
 
     for name, members in column_sets().items():
         yield from (f"**{name[0].upper()}{name[1:]}**", "")
@@ -114,7 +114,7 @@ def outcomes(_: str) -> Iterator[str]:
 @maker
 def quantities(_: str) -> Iterator[str]:
     """Every quantity with unit and meaning."""
-    from tt_precise.commands.columns import quantities
+    from tt_precise.commands.check import quantities
 
     rows = [(f"`{name}`", text["unit"], text["meaning"]) for name, text in quantities().items()]
     yield from table_of(("quantity", "unit", "meaning"), rows)

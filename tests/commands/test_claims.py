@@ -1,9 +1,12 @@
-"""The command ``claims``."""
+"""``tt-precise claims`` and ``report``: verdicts, and what the report's command opens."""
+
+from pathlib import Path
 
 import pytest
 
 from tests.conftest import Printed, Said
 from tt_precise.claims.committed import JudgingRun
+from tt_precise.report import build
 
 CHEAP = "claims --workers 1 NUM-23 EQ-26 EQ-29 TH-17"
 
@@ -41,3 +44,25 @@ def test_many_claims_are_a_line_each_and_few_have_all_words(said: Said) -> None:
     text = said("claims --verdict misprint --full")
     assert "corrected: discriminant of d(z): 0 for the toy's alpha and gamma" in text
     assert "  the paper   " in said("claims EQ-26")
+
+
+def test_the_command_names_and_opens_the_page_that_it_wrote(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, said: Said
+) -> None:
+    page = tmp_path / "out" / f"{build.NAME}.html"
+    opened: list[str] = []
+
+    def opens(address: str) -> bool:
+        opened.append(address)
+        return True
+
+    def written(folder: Path, command: str, progress: object) -> list[Path]:
+        assert command == f"tt-precise report --out {folder}"
+        page.parent.mkdir(exist_ok=True)
+        page.write_text("a page", "utf-8")
+        return [page]
+
+    monkeypatch.setattr(build, "build", written)
+    monkeypatch.setattr("webbrowser.open", opens)
+    assert str(page) in said("report --open --out", page.parent)
+    assert opened == [page.resolve().as_uri()]

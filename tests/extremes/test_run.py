@@ -28,7 +28,7 @@ def test_a_failed_case_fails_the_command(
 ) -> None:
     good = next(case for case in cases() if case.judge is is_refused)
     bad = EdgeCase("poles", "no such case", is_refused)
-    monkeypatch.setattr("tt_precise.commands.extremes.cases", lambda: [good, bad])
+    monkeypatch.setattr("tt_precise.commands.numerics.cases", lambda: [good, bad])
     file = tmp_path / "extremes.json"
     assert "2 cases, 1 failed." in said("extremes --workers 1 --out", file, status=1)
     document = json.loads(file.read_text())

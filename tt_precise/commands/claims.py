@@ -1,9 +1,10 @@
-"""``tt-precise claims``: the committed or recomputed verdicts on the paper's claims."""
+"""``tt-precise claims`` and ``report``: verdicts on the paper's claims, and the report."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -28,7 +29,7 @@ MOST_IN_FULL = 3  # claims that are printed with their quotes and notes without 
 @click.option("--again", is_flag=True, help="Recompute the verdicts.")
 @options.WORKERS
 @options.JSON
-def command(
+def claims_command(
     ids: tuple[str, ...], verdict: tuple[str, ...], kind: tuple[str, ...], full: bool,
     again: bool, workers: int, as_json: bool,
 ) -> int:  # fmt: skip
@@ -86,3 +87,32 @@ def in_full(claim: JudgedClaim) -> Iterator[str]:
         if text or label != "definition":
             yield f"  {label:<11} {text}"
     yield ""
+
+
+# ---- report --------------------------------------------------------------------------------------
+
+
+@click.command("report")
+@click.option(
+    "--out", default="reports", show_default=True, type=click.Path(file_okay=False),
+    help="Folder to write into.",
+)  # fmt: skip
+@click.option("--open", "opened", is_flag=True, help="Open the report in a browser.")
+@options.JSON
+def report_command(out: str, opened: bool, as_json: bool) -> int:
+    """Write the precision report: HTML, Markdown, results.json and the figures."""
+    from tt_precise.report.build import build
+    from tt_precise.runtime.files import require_writable
+
+    folder = Path(out)
+    require_writable(folder / "results.json")  # fail early
+    with progress_bar("claims and sections") as progress:
+        written = build(folder, f"tt-precise report --out {folder}", progress)
+    files = [str(path) for path in written]
+    options.emit(as_json, {"schema": "tt_precise.report/1", "files": files}, files[:1])
+    if opened:
+        import webbrowser
+
+        if not webbrowser.open(written[0].resolve().as_uri()):
+            click.echo("no browser found; open the file above in one", err=True)
+    return 0

@@ -1,17 +1,20 @@
-"""``tt-precise events``: the catalogue of events, or the events of a scene."""
+"""``tt-precise events`` and ``thresholds``: the events of a scene, and its thresholds."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from tt_precise.commands import options
 from tt_precise.mechanics.quantities import described
+from tt_precise.runtime.terminal import progress_bar
 from tt_precise.runtime.values import InputError, Json, listed
 from tt_precise.summary import TANGENCY, event_rows, with_error
 
 if TYPE_CHECKING:
+    from tt_precise.exact.thresholds import Thresholds
     from tt_precise.scene.scene import Scene
 
 SCHEMA = "tt_precise.events/1"
@@ -31,7 +34,7 @@ CLIMB = "climb"  # The name in --only for the times of the climb alone.
     help="Columns to show at each event, separated by commas: quantities, error:NAME, digits.",
 )  # fmt: skip
 @options.JSON
-def command(
+def events_command(
     scene: Scene | None, only: str, columns: tuple[str, ...], as_json: bool, **how: Any
 ) -> int:
     """List the catalogue of events; with SCENE, all events of that scene, and the climb.
@@ -46,7 +49,6 @@ def command(
     from tt_precise.integration import integrate
     from tt_precise.integration.events import EXTREMUM, JOINING, TERMINAL
     from tt_precise.integration.reading import is_drift
-    from tt_precise.runtime.terminal import progress_bar
 
     chosen = listed(only)
     if drifts := [name for name in columns if is_drift(name)]:
@@ -120,3 +122,41 @@ def _catalogue(as_json: bool) -> int:
     content = {"schema": SCHEMA, "events": meanings, "joining": JOINING, "terminal": TERMINAL}
     options.emit(as_json, content, (f"{name:<20} {text}" for name, text in listing.items()))
     return 0
+
+
+# ---- thresholds ----------------------------------------------------------------------------------
+
+
+@click.command("thresholds")
+@click.argument("scene")
+@click.option("--digits", type=int, default=50, show_default=True, help="Number of digits.")
+@options.JSON
+def thresholds_command(scene: str, digits: int, as_json: bool) -> int:
+    """Determine lambda, its thresholds and the asymptotic values of SCENE, each in two ways.
+
+    Exit status 1 if the two determinations of a quantity differ in a requested digit, or if the
+    quantity exists in only one of them.
+    """
+    from tt_precise.exact.thresholds import thresholds
+    from tt_precise.scene.scene import load_scene
+
+    loaded = load_scene(scene)
+    with progress_bar(f"{loaded.name}: {digits} digits"):
+        results = thresholds(loaded, digits)
+    content = {"schema": "tt_precise.thresholds/1", "scene": loaded.name, **results.as_dict()}
+    options.emit(as_json, content, lines(results))
+    agree = all(each.agreed(digits) >= digits for each in results.quantities.values())
+    return 0 if agree else 1
+
+
+def lines(thresholds: Thresholds) -> Iterator[str]:
+    """Yield the text: value, unit and number of agreeing digits; then the theorem's verdict."""
+    texts, digits = thresholds.as_dict()["quantities"], thresholds.digits
+    for name, quantity in thresholds.quantities.items():
+        value = texts[name]["value"] or "does not exist"
+        agreed, agreement = quantity.digits_agreed, "determined twice"
+        if agreed is not None:
+            agreement = f"{'ONLY ' if agreed < digits else ''}{agreed} digits agree"
+        reason = f": {quantity.reason}" if quantity.reason else ""
+        yield f"{name:>12}  {value:<{digits + 9}} {quantity.unit:<10}  {agreement}{reason}"
+    yield f"{'theorem':>12}  {thresholds.theorem}"

@@ -29,11 +29,11 @@ FOLDER = click.option(
 
 
 @click.group("golden")
-def command() -> None:
+def golden_command() -> None:
     """Reference trajectories with every printed digit right."""
 
 
-@command.command("build", short_help="Make golden data for scenes.")
+@golden_command.command("build", short_help="Make golden data for scenes.")
 @SCENES
 @click.option("--replace", is_flag=True, help="Allow published digits to change.")
 @FOLDER
@@ -66,7 +66,7 @@ def build_command(
     return 0 if all(scene.good for scene in built) else CHECK_FAILED
 
 
-@command.command("verify", short_help="Verify hashes, proofs and digits.")
+@golden_command.command("verify", short_help="Verify hashes, proofs and digits.")
 @SCENES
 @FOLDER
 @options.WORKERS
@@ -86,7 +86,7 @@ def verify_command(scenes: Names, folder: Path | None, workers: int, as_json: bo
     return 0 if all(scene.verdict == "pass" for scene in verifications) else CHECK_FAILED
 
 
-@command.command("list", short_help="List the scenes that have golden data.")
+@golden_command.command("list", short_help="List the scenes that have golden data.")
 @FOLDER
 @options.JSON
 def list_command(folder: Path | None, as_json: bool) -> int:
@@ -117,7 +117,7 @@ def list_command(folder: Path | None, as_json: bool) -> int:
     return CHECK_FAILED if damaged else 0
 
 
-@command.command("certify", short_help="Prove the printed digits.")
+@golden_command.command("certify", short_help="Prove the printed digits.")
 @SCENES
 @FOLDER
 @click.option(

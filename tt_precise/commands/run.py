@@ -47,7 +47,7 @@ def _require_page(path: Path) -> None:
     "--animate", type=options.Written(_require_page), help="Animate the top on a page (.html)."
 )
 @options.JSON
-def command(
+def run_command(
     scene: Scene, formulation: str | None, record: str, columns: tuple[str, ...],
     out: Path | None, plot: Path | None, animate: Path | None, as_json: bool, events: str | None,
     **how: Any,

@@ -19,11 +19,11 @@ FORCES = {"flight": "nothing touches the top", "rolling": "a force that keeps it
 
 
 @click.group("scene")
-def command() -> None:
+def scene_command() -> None:
     """Scenes: bodies, starts and horizons, one TOML file each."""
 
 
-@command.command("new")
+@scene_command.command("new")
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 def new(file: Path, force: bool) -> None:
@@ -39,7 +39,7 @@ def new(file: Path, force: bool) -> None:
     click.echo(f"{file}: change it, then `tt-precise scene show {file}`")
 
 
-@command.command("list")
+@scene_command.command("list")
 @JSON
 def list_command(as_json: bool) -> None:
     """List the shipped scenes."""
@@ -49,7 +49,7 @@ def list_command(as_json: bool) -> None:
     emit(as_json, {"schema": "tt_precise.scene.list/1", "scenes": content}, lines)
 
 
-@command.command("show")
+@scene_command.command("show")
 @click.argument("scene")
 @JSON
 def show(scene: str, as_json: bool) -> None:

@@ -33,11 +33,11 @@ class _RunByDefault(click.Group):
 
 
 @click.group("sweep", cls=_RunByDefault)
-def command() -> None:
+def sweep_command() -> None:
     """Integrate many starts: sweep SCENE --vary ...; plot: sweep plot RESULT --x ... --y ..."""
 
 
-@command.command("run", short_help="Integrate a scene from many starts.", help=HELP)
+@sweep_command.command("run", short_help="Integrate a scene from many starts.", help=HELP)
 @options.scene()
 @click.option(
     "--vary", multiple=True, metavar="NAME=FIRST:LAST:COUNT", help="A grid, or values: NAME=1,2."
@@ -88,7 +88,7 @@ def run(
     return CONTRADICTED if contradictions else 0
 
 
-@command.command("plot", short_help="Draw the rows of a sweep.")
+@sweep_command.command("plot", short_help="Draw the rows of a sweep.")
 @click.argument("result", type=click.Path())
 @click.option("--x", help="Column of the horizontal axis; by default the last varied one.")
 @click.option(
@@ -120,7 +120,7 @@ def plot(result: str, x: str | None, y: str | None, colour: str | None, out: str
     say([str(target), *([LINE] if colour == "outcome" and "lambda_ratio" not in rows else [])])
 
 
-@command.command("find", short_help="Find the smallest value that passes the equator.")
+@sweep_command.command("find", short_help="Find the smallest value that passes the equator.")
 @options.scene()
 @click.argument("ends", metavar="NAME=LOW:HIGH")
 @click.option(

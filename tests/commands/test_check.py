@@ -1,4 +1,4 @@
-"""``tt-precise columns``: names, units, frames."""
+"""``tt-precise columns``: names, units, frames; `check` has its tests in tests/check."""
 
 from tests.conftest import Printed, Said
 from tt_precise.check.columns import COLUMN_SETS
