@@ -135,7 +135,7 @@ def test_every_digit_without_a_proof_is_confirmed(small: Small) -> None:
 def test_a_fresh_computation_that_is_too_coarse_takes_the_bits_of_the_data(
     small: Small, monkeypatch: Patch
 ) -> None:
-    monkeypatch.setattr(verifying, "FRESH_DIGITS", 33.5)
+    monkeypatch.setattr(verifying, "FRESH_DIGITS", 33)
     monkeypatch.setattr(verifying, "FINE", "quad")
     monkeypatch.setattr(verifying.proofs, "summary", lambda stored: {"digits": 34})
     verification = verifying.verify_scene(small.path)
