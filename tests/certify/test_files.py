@@ -2,6 +2,7 @@
 
 import json
 import random
+import re
 import shutil
 from contextlib import nullcontext
 from dataclasses import replace
@@ -77,6 +78,18 @@ def test_every_printed_digit_is_proved(stored: Stored) -> None:
     assert content["rounded"] == content["entries"] > 100
     assert content["contact"]["g_n_positive"] is content["contact"]["energy_never_grows"] is True
     assert content["proved_events"]["theta_max"] == 1
+    assert proofs.stale(content) == ""
+    assert proofs.stale({"code": content["code"] | {"scene": "0"}}) == "scene"
+    assert proofs.stale({}) == ", ".join(content["code"])
+
+
+def test_the_code_of_a_proof_is_what_a_reader_has_to_trust() -> None:
+    text = (store.home().parent / "docs/explanation/proof.md").read_text("utf-8")
+    table = text.partition("| files |\n| --- | --- |\n")[2].partition("\n\n")[0]
+    named = {cell for row in table.splitlines() for cell in re.findall(r"`([^`]+)`", row)}
+    folders = {path.removeprefix("certify/").removesuffix(".py") for path in proofs.CODE}
+    assert folders <= named
+    assert named - folders == {"trajectory.csv", "events.csv", "Frame.near"}
 
 
 def test_times_that_are_no_decimals_are_rounded(scene: tt.Scene) -> None:

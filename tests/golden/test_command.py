@@ -28,7 +28,7 @@ def golden(small: Small, said: Said) -> Said:
 def test_list_names_what_is_there_what_is_missing_and_what_is_proved(golden: Said) -> None:
     assert "reference              34 digits, none proved: not proved yet" in golden("list")
     listed = golden("list", folder=None)
-    assert "reference              34 digits, 34 proved " in listed
+    assert "reference              34 digits, 34 proved" in listed
     assert "coulomb-stick-slip     34 digits, none proved: the contact sticks " in listed
     scenes = json.loads(golden("list --json", folder=None))["scenes"]
     (proof,) = (one["proof"] for one in scenes if one["scene"] == "reference")

@@ -51,3 +51,14 @@ def test_a_record_names_the_sources_that_have_changed() -> None:
     assert changed(code) == ()
     assert changed(code | {"scene": "0", "taylor": "0"}) == ("scene", "taylor")
     assert changed({"no_such_folder": "0", "../benchmarks/no_such.py": "0"}) == ("no_such_folder",)
+
+
+def test_where_an_imported_name_comes_from_does_not_count(tmp_path: Path) -> None:
+    file, one = tmp_path / "module.py", "from tt_precise.a import f\n"
+    texts = (
+        f"{one}from tt_precise.b import (\n    g,\n)\n",
+        "from tt_precise.c import f, g\n",
+        one,
+    )
+    hashes = [file.write_text(f"{text}x = f") and hash_of(str(file)) for text in (*texts, "")]
+    assert hashes[1] == hashes[0] != hashes[2] != hashes[3] != hashes[0]

@@ -2,7 +2,8 @@
 
 ``certify`` encloses a scene's solution, and compares every printed number and event of its tables
 with the enclosure. If all are proved, ``certify`` writes ``proof.json``: the statements about the
-tables, and the hashes of the tables. To check a proof is to prove again, and to compare.
+tables, and the hashes of the tables and of the code. To check a proof is to prove again, and to
+compare.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tt_precise.certify.balls import NotProved, bounds, outward, round_to
 from tt_precise.certify.compare import TableComparison, compare
 from tt_precise.certify.statements import BITS, Proof, prove
 from tt_precise.golden import store
+from tt_precise.golden.proofs import trusted
 from tt_precise.golden.store import PROOF, PROOF_SCHEMA, Stored
 from tt_precise.golden.table import malformed_cells
 from tt_precise.runtime.files import atomic_write, locked, read_json
@@ -27,8 +29,8 @@ from tt_precise.runtime.values import InputError, Json, Scalar
 MORE_BITS = 64  # A proof that is too wide is tried again with so many more bits.
 MOST_BITS = 456
 TIME_DIGITS = 40  # Digits of a stated time; a table has 34.
-# Statements that depend on the version of a library or on how a proof went.
-INCIDENTAL = ("bits", "steps", "conserved_within", "versions")
+# Statements that depend on the code, the version of a library or on how a proof went.
+INCIDENTAL = ("bits", "steps", "conserved_within", "code", "versions")
 HYPOTHESIS = re.compile(r"not proved \((\w+)\)")  # The kind of a failure.
 FORCE = "g_n_at_least_mg"  # The key of a bound of the contact force, in units of m g.
 
@@ -163,6 +165,7 @@ def statements(stored: Stored, proof: Proof, compared: TableComparison) -> dict[
             for name, bound in proof.drift_bounds.items()
         },
         "versions": {"python-flint": importlib.metadata.version("python-flint")},
+        "code": trusted(),
     }
 
 

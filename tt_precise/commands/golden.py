@@ -187,7 +187,9 @@ def _entry(stored: Stored) -> dict[str, Json]:
 def _proof_text(row: dict[str, Json]) -> str:
     if (proof := row["proof"]) is None:
         return f"none proved: {row['unproved']}"
-    return f"NONE ({proof['problem']})" if "problem" in proof else f"{proof['digits']} proved"
+    if "problem" in proof:
+        return f"NONE ({proof['problem']})"
+    return f"{proof['digits']} proved" + (", by earlier code" if proof["stale"] else "")
 
 
 def _built_lines(built: Built) -> Iterator[str]:

@@ -3,7 +3,8 @@
 ``golden certify`` proves that every printed number is correctly rounded, and that every event
 exists and is the only one. So a table encloses itself: the exact number of a cell is within half a
 unit of its last digit. ``proof.json`` has the other statements, and the hashes of the proved scene
-and tables, which ``read_proof`` compares; ``golden certify --check`` proves all again.
+and tables, which ``read_proof`` compares; ``golden certify --check`` proves all again. After a
+change of the code that made it, ``CODE``, a proof is ``stale`` until it is made again.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 from tt_precise.golden import store
@@ -21,8 +22,18 @@ from tt_precise.golden.table import DIGITS, LABELS, ZERO, last_digit_exponent, m
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime import records
+from tt_precise.runtime.cache import source_hash
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.scene import Scene
+
+# what a reader of a proof has to trust; docs/explanation/proof.md says for which statement
+CODE = (
+    *(f"certify/{name}.py" for name in (
+        "kernel", "balls", "models", "motion", "compare", "problem", "statements", "well")),
+    "scene", "mechanics", "integration/equations.py", "integration/events.py",
+    "integration/inversion.py", "nonsmooth/phases.py", "nonsmooth/lifting.py",
+    "golden/table.py", "golden/runs.py", "runtime/values.py",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -111,14 +122,31 @@ def _contradictions(stored: Stored, content: dict[str, Json]) -> Iterator[str]:
     yield from (line for line in store.changes(stored) if line.startswith(PROOF))
 
 
+@cache
+def trusted() -> dict[str, str]:
+    """The hash of each path of ``CODE``."""
+    return {path: source_hash(path) for path in CODE}
+
+
+def stale(proof: dict[str, Json]) -> str:
+    """The trusted sources that have changed since a proof was made, or "" if there are none."""
+    code = proof.get("code", {})
+    return ", ".join(path for path, sha256 in trusted().items() if code.get(path) != sha256)
+
+
 def summary(stored: Stored) -> dict[str, Json] | None:
-    """The proved digits and numbers, or the ``problem`` of the proof; None without a proof."""
+    """The proved digits and numbers, and whether the proof is ``stale``; None without a proof.
+
+    Of a proof that cannot be used the ``problem``.
+    """
     try:
         proof = read_proof(stored)
     except InputError as error:
         return {"problem": str(error)}
-    numbers = {name: proof[name] for name in ("rounded", "entries")} if proof else {}
-    return {"digits": stored.manifest["digits"], **numbers} if proof else None
+    if proof is None:
+        return None
+    numbers = {name: proof[name] for name in ("rounded", "entries")}
+    return {"digits": stored.manifest["digits"], **numbers, "stale": stale(proof)}
 
 
 def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:

@@ -192,6 +192,9 @@ class ProofRecord(Record, frozen=True, tag_field="schema", tag="tt_precise.proof
     ]
     conserved_within: Annotated[dict[str, str], means("bounds of the change of integrals")]
     versions: Versions
+    code: Annotated[
+        dict[str, str] | Unset, means("SHA-256 of the sources that a reader has to trust")
+    ] = UNSET
 
 
 PROOF_SCHEMA = str(ProofRecord.__struct_config__.tag)

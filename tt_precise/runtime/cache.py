@@ -1,7 +1,6 @@
 """Cached results: files in ``reports/`` of the checkout or the user's cache.
 
-Each file records its inputs in its name or content, and is valid only while the inputs are
-unchanged. An unreadable file counts as absent.
+Each is valid while the inputs that it records are unchanged. An unreadable one counts as absent.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ import gzip
 import hashlib
 import io
 import json
+import re
 import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -29,6 +29,7 @@ SOURCES = (
     "scene", "mechanics", "taylor", "integration", "nonsmooth",
 )  # fmt: skip
 PACKAGE = Path(__file__).parents[1]
+OWN_IMPORTS = re.compile(r"(?m)^ *from tt_precise\S* import (?:\(([^)]*)\)|(.*))\n")
 DIGITS = 12  # significant, in a cached table
 
 
@@ -40,13 +41,15 @@ def fingerprint(definition: Json) -> str:
 def source_hash(*paths: str) -> str:
     """SHA-256 of source files, given as files and folders relative to this package.
 
-    A path that does not exist has no content.
+    A path that does not exist has no content. Of the package's own imports only the names count.
     """
     digest = hashlib.sha256()
     for source in paths:
         path = PACKAGE / source
         for file in sorted(path.rglob("*.py")) if path.is_dir() else [path] * path.exists():
-            digest.update(file.read_bytes())
+            text = file.read_text("utf-8")
+            names = {*re.findall(r"\w+", " ".join(map("".join, OWN_IMPORTS.findall(text))))}
+            digest.update("\n".join([OWN_IMPORTS.sub("", text), *sorted(names)]).encode())
     return digest.hexdigest()
 
 
@@ -56,10 +59,8 @@ def code_of(*sources: str) -> dict[str, str]:
 
 
 def changed(code: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the sources that have changed since ``code_of`` hashed them.
-
-    A program outside the package ("../benchmarks") that is not installed is not compared.
-    """
+    """Return the sources that have changed since ``code_of`` hashed them."""
+    # a program outside the package ("../benchmarks") need not be installed
     there = [path for path in code if (PACKAGE / path).exists() or not path.startswith("..")]
     return tuple(path for path in there if source_hash(path) != code[path])
 
