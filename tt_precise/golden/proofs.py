@@ -129,9 +129,10 @@ def trusted() -> dict[str, str]:
 
 
 def stale(proof: dict[str, Json]) -> str:
-    """The trusted sources that have changed since a proof was made, or "" if there are none."""
+    """The trusted sources that have changed since a proof was made, in words; "" if none has."""
     code = proof.get("code", {})
-    return ", ".join(path for path, sha256 in trusted().items() if code.get(path) != sha256)
+    paths = ", ".join(path for path, sha256 in trusted().items() if code.get(path) != sha256)
+    return f", before the last change of {paths}" if paths else ""
 
 
 def summary(stored: Stored) -> dict[str, Json] | None:
@@ -146,7 +147,7 @@ def summary(stored: Stored) -> dict[str, Json] | None:
     if proof is None:
         return None
     numbers = {name: proof[name] for name in ("rounded", "entries")}
-    return {"digits": stored.manifest["digits"], **numbers, "stale": stale(proof)}
+    return {"digits": stored.manifest["digits"], **numbers, "stale": bool(stale(proof))}
 
 
 def row_intervals(stored: Stored, file: str, row: int) -> dict[str, Interval]:

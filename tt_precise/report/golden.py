@@ -96,10 +96,7 @@ def _proof(name: str) -> tuple[str, dict[str, Json] | None]:
         proof = proofs.read_proof(store.read_files(name))
     except InputError as error:
         return str(error), None
-    if not proof:
-        return "none", None
-    earlier = proofs.stale(proof)
-    return f"whole; made before the last change of {earlier}" if earlier else "whole", proof
+    return (f"whole{proofs.stale(proof)}" if proof else "none"), proof
 
 
 def _contact(contact: dict[str, Json]) -> str:
