@@ -172,8 +172,6 @@ TESTED_ELSEWHERE = {
     **dict.fromkeys(("report/solution.py", "report/style.py"), "report/test_sections.py"),
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},
-    "integration/segment.py": "integration/test_solution.py",  # by the solutions it makes up
-    "integration/registry.py": "nonsmooth/test_backend.py",  # of what is registered
     "nonsmooth/phases.py": "nonsmooth/test_sticking.py",
 }  # fmt: skip
 

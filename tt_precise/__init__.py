@@ -14,8 +14,4 @@ that passes the equator, ``certify`` proves digits. Units are SI; names are the 
 
 import lazy_loader
 
-from tt_precise.integration import registry
-
-registry.register("in_pieces", "tt_precise.nonsmooth.backend")
-
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -10,7 +10,7 @@ import pytest
 
 from tests.conftest import Patch
 from tests.integration.conftest import Spoiler, motion_at
-from tt_precise.integration import Trajectory, heyoka_backend, integrate, segment, zeros
+from tt_precise.integration import Trajectory, heyoka_backend, integrate, solution, zeros
 from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
 from tt_precise.mechanics.newton import NewtonState
@@ -221,7 +221,7 @@ def test_too_many_events_are_refused(half: Scene, monkeypatch: Patch) -> None:
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 def test_a_run_with_too_many_steps_is_refused(monkeypatch: Patch, precision: str) -> None:
     """mu/epsilon = 2e12 asked for 1e9 steps and said nothing."""
-    monkeypatch.setattr(segment, "MOST_STEPS", 1000)
+    monkeypatch.setattr(solution, "MOST_STEPS", 1000)
     monkeypatch.setitem(KINDS, "double", KINDS["double"]._replace(steps=500))
     stiff = load_scene("regularised-1e-2").varied(mu="1e12", epsilon="0.5", until="0.1")
     with pytest.raises(InputError, match="until: got more than 1000 Taylor steps"):

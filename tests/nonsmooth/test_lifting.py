@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import tt_precise as tt
+from benchmarks.witness import witness
 from tests.integration.conftest import motion_at
-from tests.integration.witness import witness
 from tests.nonsmooth.conftest import FLIES, edited, orders
 from tt_precise.integration import Trajectory
 from tt_precise.mechanics import flight

@@ -39,9 +39,8 @@ from tt_precise.integration.reading import (
     states_at,
     table,
 )
-from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import full_tolerance, refused_in_doubles
-from tt_precise.integration.solution import Solution
+from tt_precise.integration.solution import Segment, Solution
 from tt_precise.mechanics.quantities import UNITLESS, Quantity
 from tt_precise.runtime.values import Array, Functions, InputError
 from tt_precise.scene.numerals import as_fraction, shortest_texts

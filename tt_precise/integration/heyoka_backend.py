@@ -13,8 +13,8 @@ from typing import Any, TypeVar
 
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.precision import LONG_DOUBLES
-from tt_precise.integration.segment import Propagation, Segment, require_few_steps
 from tt_precise.integration.setup import Setup, full_tolerance, no_contact_at_start
+from tt_precise.integration.solution import Propagation, Segment, require_few_steps
 from tt_precise.integration.steps import Steps, join, of_heyoka
 from tt_precise.integration.zeros import Zeros, nothing_found
 from tt_precise.runtime.terminal import Progress, import_heyoka

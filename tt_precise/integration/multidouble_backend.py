@@ -18,13 +18,13 @@ from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.events import Event
 from tt_precise.integration.heyoka_backend import LONGEST
-from tt_precise.integration.segment import Propagation, Segment, require_few_steps
 from tt_precise.integration.setup import (
     Setup,
     full_tolerance,
     no_contact_at_start,
     refused_in_doubles,
 )
+from tt_precise.integration.solution import Propagation, Segment, require_few_steps
 from tt_precise.integration.steps import Steps, join, of_block
 from tt_precise.integration.zeros import Zeros, nothing_found
 from tt_precise.mechanics.quantities import Motion

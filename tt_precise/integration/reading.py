@@ -22,8 +22,7 @@ from tt_precise.integration.precision import (
     functions_of,
     times_in,
 )
-from tt_precise.integration.segment import Segment
-from tt_precise.integration.solution import Solution
+from tt_precise.integration.solution import Segment, Solution
 from tt_precise.mechanics.conserved import OF_QUANTITY, Integral, conserved, drift
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import Array, InputError, Scalar, wrong_name

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import Any, Literal
 
 from tt_precise.integration.equations import RIGID_CONTACT, Layout, Phase
@@ -19,7 +20,6 @@ from tt_precise.integration.events import (
     event_named,
 )
 from tt_precise.integration.precision import Precision, precision_named
-from tt_precise.integration.registry import asked_by
 from tt_precise.mechanics.formulations import (
     Formulation,
     contact_terms,
@@ -38,6 +38,7 @@ from tt_precise.runtime.values import (
 from tt_precise.scene.scene import RECORDABLE, InitialState, Scene
 from tt_precise.taylor.graph import Graph
 
+IN_PIECES = "tt_precise.nonsmooth.backend"  # Integrator of scenes ``in_pieces``.
 NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
 # Below 1e-260 the last of three doubles, 2^-106 of the first, has lost bits to underflow.
@@ -85,8 +86,8 @@ class Setup:
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
         law = scene.body.friction
         form, phase = integration_form(scene.model, coordinates, law), RIGID_CONTACT
-        for backend in asked_by(scene):
-            form, phase = backend.first(scene, form)
+        if scene.in_pieces:
+            form, phase = import_module(IN_PIECES).first(scene, form)
         if coordinates == "euler":
             _require_euler_angles(scene, working)
         require_name("contact", contact, CONTACTS)

@@ -8,21 +8,24 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
+from importlib import import_module
 from typing import Any, Literal, NamedTuple, Protocol
 
-from tt_precise.integration.columns import Columns
+import numpy
+
+from tt_precise.integration.columns import Columns, Row
 from tt_precise.integration.events import ARRIVED, LEAVES
-from tt_precise.integration.precision import Precision
-from tt_precise.integration.registry import asked_by
-from tt_precise.integration.segment import Segment
-from tt_precise.integration.setup import Setup, full_tolerance, require_contact
+from tt_precise.integration.precision import Hardware, Precision, times_in
+from tt_precise.integration.setup import IN_PIECES, Setup, full_tolerance, require_contact
+from tt_precise.integration.steps import Steps, shifted
+from tt_precise.integration.zeros import FoundEvents
 from tt_precise.runtime.terminal import Progress, progress_bar
-from tt_precise.runtime.values import InputError, Memory, Scalar
+from tt_precise.runtime.values import Array, InputError, Memory, Scalar
 from tt_precise.scene.numerals import as_fraction, to_mpmath
 from tt_precise.scene.scene import InitialState, Scene
 from tt_precise.scene.start import LiftedStart
@@ -33,6 +36,136 @@ Status = Literal[
 # A time later than t_end by this part of it is t_end: a t_end printed with 16 digits is inside.
 TIME_TOLERANCE = Fraction(1, 10**15)
 SLOW = ("quad", "mp")  # Precisions that take seconds to minutes, and show their progress.
+HEYOKA = "tt_precise.integration.heyoka_backend"
+SEVERAL_DOUBLES = "tt_precise.integration.multidouble_backend"
+MOST_STEPS = 10_000_000  # Taylor steps of a run, some minutes in double.
+
+
+def require_few_steps(steps: int, time: float, horizon: float) -> None:
+    """Refuse a run with too many steps.
+
+    Raises ``InputError``: there are more than ``MOST_STEPS``.
+    """
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"until: got more than {MOST_STEPS} Taylor steps, which cover {time / horizon:.1g} of "
+            "the time, expected fewer: ask for a shorter time, weaker friction or a softer spring"
+        )
+
+
+class Propagation(NamedTuple):
+    """The outcome of an integrator, in dimensionless mpmath numbers.
+
+    ``series()`` gives the Taylor steps; in double it repeats the propagation, because a run that
+    is only read at its samples does not need them. ``samples`` are the states at the rounded sample
+    times, axes (time, component), if the integrator has stored them.
+    """
+
+    status: str
+    time: Scalar
+    row: Row
+    steps: int
+    order: int
+    events: FoundEvents
+    series: Callable[[], Steps]
+    samples: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A segment under one set of equations from ``begin`` on (dimensionless, with guard bits).
+
+    ``ended`` is the event that joins it to the next segment; "" if only the equations change, and
+    for the last segment. The columns ``cleared`` are zero behind that event; what the end of the
+    segment leaves of them is its error.
+    """
+
+    begin: Scalar
+    setup: Setup
+    start: InitialState
+    run: Propagation
+    ended: str = ""
+    cleared: tuple[str, ...] = ()
+
+    @property
+    def model(self) -> str:
+        """The name of the motion, as users read it."""
+        return self.setup.formulation.motion_name
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Columns of the segment's own rows."""
+        return Columns(self.setup, self.start)
+
+    @cached_property
+    def series(self) -> Steps:
+        """The Taylor steps."""
+        return self.run.series()
+
+    @cached_property
+    def end_time(self) -> Scalar:
+        """The duration: to the exact horizon if it was reached."""
+        return self.start.until if self.run.status in ARRIVED else self.run.time
+
+    @cached_property
+    def start_row(self) -> Row:
+        """The row at the beginning, not rounded: v = 0 there is exactly 0."""
+        return self.start.first_row(self.setup.formulation, self.setup.record)
+
+    @cached_property
+    def end_row(self) -> Row:
+        """The row at ``end_time``."""
+        if not self.end_time:
+            return self.start_row
+        delay = self.end_time - self.run.time
+        if not delay or self.setup.phase.has_clock:
+            return self.run.row
+        mpfr = self.setup.precision.mpfr
+        with mpfr.precision():
+            row = [mpfr.array([x]) for x in self.run.row]
+            moved = shifted(self.setup, self.start, row, mpfr.array([delay]), mpfr)
+            return tuple(mpfr.back(x[0]) for x in moved)
+
+    def at(self, times: Array, numbers: Any, *, samples: bool = False) -> list[Array]:
+        """Evaluate the state at times since ``begin``, in an arithmetic of arrays.
+
+        A run in double reads the integrator's own evaluation up to the end, or the stored
+        ``samples`` if these are the times.
+        """
+        end, hardware = times_in(numbers, [self.end_time])[0], isinstance(numbers, Hardware)
+        first, last = (times <= 0).astype(bool), (times >= end).astype(bool)
+        kind, delay = numbers.kind if hardware else object, None
+        row = [numpy.zeros(len(times), dtype=kind) for _ in self.start_row]
+        if hardware and self.setup.precision.is_float and not self.setup.phase.has_clock:
+            rounded = times.astype(float)
+            delay, high = (times - rounded).astype(float), float(self.end_time)
+            rounded[last], delay[last] = high, float(self.end_time - high)
+            times, last = rounded.astype(times.dtype), last & False
+        inner = ~(first | last)
+        if samples and self.run.samples is not None:
+            row = [x.astype(kind) for x in self.run.samples.T]
+        elif inner.any():
+            for component, values in zip(row, self.inside(times[inner], numbers), strict=True):
+                component[inner] = values
+        for here, bound in (
+            (last, lambda: self.end_row),
+            (first, lambda: self._first_row(numbers)),
+        ):
+            if here.any():
+                for component, value in zip(row, bound(), strict=True):
+                    component[here] = numbers.number(value)
+        return row if delay is None else shifted(self.setup, self.start, row, delay, numbers)
+
+    def _first_row(self, numbers: Any) -> Row:
+        """Return the row at the beginning; in hardware that of the rounded start."""
+        if not isinstance(numbers, Hardware):
+            return self.start_row
+        start = self.start.once(numbers, lambda: self.start.map(numbers.number))
+        return start.first_row(self.setup.formulation, self.setup.record)
+
+    def inside(self, times: Array, numbers: Any) -> list[Array]:
+        """Evaluate the state after the beginning."""
+        return self.series.at(times, numbers)
 
 
 class PhaseInterval(NamedTuple):
@@ -173,7 +306,7 @@ class Solution(Memory):
 
 
 class Backend(Protocol):
-    """An integrator: one file, and an entry in ``backends`` or in the registry."""
+    """An integrator: a module that is named in ``backends``."""
 
     def refuses(self, scene: Scene, setup: Setup) -> str | None:
         """The reason, in one line, to refuse ``scene`` with this set-up; None if accepted."""
@@ -184,15 +317,10 @@ class Backend(Protocol):
         """The run from ``start``."""
 
 
-def backends(scene: Scene) -> Iterator[Backend]:
-    """All backends; each is imported when the earlier ones have refused."""
-    from tt_precise.integration import heyoka_backend
-
-    yield heyoka_backend
-    yield from asked_by(scene)
-    from tt_precise.integration import multidouble_backend
-
-    yield multidouble_backend
+def backends(scene: Scene) -> Iterator[Any]:
+    """All backends of a scene; each is imported when the earlier ones have refused."""
+    pieces = [IN_PIECES] if scene.in_pieces else []
+    return map(import_module, [HEYOKA, *pieces, SEVERAL_DOUBLES])
 
 
 def solve(scene: Scene, setup: Setup, progress: Progress | None = None) -> Solution:

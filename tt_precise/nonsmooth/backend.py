@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tt_precise.integration import multidouble_backend
 from tt_precise.integration.equations import RIGID_CONTACT, Phase
-from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.solution import Segment
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.nonsmooth.lifting import bouncing, flying, flying_on
 from tt_precise.nonsmooth.phases import (

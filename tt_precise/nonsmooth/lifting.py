@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from tt_precise.integration.segment import Segment
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.solution import Segment
 from tt_precise.mechanics import compliant, flight
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.formulations import contact_terms

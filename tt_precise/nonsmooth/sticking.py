@@ -26,8 +26,8 @@ import numpy
 from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.precision import functions_of
-from tt_precise.integration.segment import Propagation, Segment
 from tt_precise.integration.setup import Setup
+from tt_precise.integration.solution import Propagation, Segment
 from tt_precise.integration.steps import of_power_series
 from tt_precise.integration.zeros import FoundEvents, Zeros, nothing_found
 from tt_precise.mechanics import friction, newton, rolling

@@ -1,4 +1,6 @@
-"""A top integrated by other means, for tests alone: only a scene's numbers are the package's.
+"""Events of random scenes against an integrator of other make: ``python -m benchmarks.witness``.
+
+Only a scene's numbers are the package's.
 
 Newton's equations of a sphere with an axis, from the laws of linear and angular momentum, with the
 contact force solved for numerically from what it has to achieve, in numbers of 113 bits. Each step
@@ -9,6 +11,8 @@ states have axes (entry, point).
 
 from __future__ import annotations
 
+import random
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -18,6 +22,8 @@ import gmpy2
 import numpy
 from numpy.polynomial import chebyshev
 
+from tt_precise.integration import catalogue, integrate
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
 
 BITS, POINTS = 113, 28
@@ -25,6 +31,16 @@ TAIL = 1e-22  # Relative size of the last three coefficients of a step's polynom
 FIRST, LONGEST, SHORTEST = 1e-12, 0.25, 1e-14
 MOST_ITERATIONS = 80
 UNITS = numpy.eye(3)[:, :, None]
+UNTIL_S = "0.090351"  # 2 sqrt(R/g)
+SEEN = 1e-11  # s; earlier zeros are lost beside one at the start itself
+# Relative distance in time of two zeros: the square root of the witness's error.
+TOUCH = 1e-9
+# how a scene is integrated; relative and absolute bounds of times in s
+WAYS: tuple[tuple[dict[str, Any], tuple[float, float]], ...] = (
+    ({"digits": 9}, (1e-6, 1e-9)),
+    ({"precision": "double"}, (1e-4, 1e-7)),
+    ({"precision": "double-double"}, (1e-6, 1e-9)),
+)
 
 
 def cross(a: Any, b: Any) -> Any:
@@ -35,6 +51,7 @@ def cross(a: Any, b: Any) -> Any:
 
 
 def dot(a: Any, b: Any) -> Any:
+    """The scalar product."""
     return (a * b).sum(axis=0)
 
 
@@ -108,6 +125,7 @@ class Top:
 
 
 def exactly(number: Any) -> Any:
+    """The number in the arithmetic of the context."""
     return gmpy2.mpfr(gmpy2.mpq(number))
 
 
@@ -227,3 +245,113 @@ def follow(top: Top, start: Any, until: float) -> tuple[list[tuple[str, Any, int
                 events.append((name, time, sign))
         t, y, h = t + h, states[:, -1:], min(2 * h, gmpy2.mpfr(LONGEST))
     return events, t, t >= until
+
+
+def drawn(seed: int, elastic: bool = False) -> Scene:
+    """A random scene; on an elastic table only where ``elastic``."""
+    r = random.Random(seed)
+
+    def log(low: float, high: float) -> str:
+        return f"{10 ** r.uniform(low, high):.6e}"
+
+    def some(size: float) -> str:
+        return r.choice(("0", f"{r.uniform(-size, size):.4f}"))
+
+    model = r.choice(("gliding",) * 6 + ("rolling", "flight"))
+    law = r.choice(("viscous", "regularised", "coulomb")) if model == "gliding" else "viscous"
+    body = {"m": "0.02", "R": "0.02", "g": "9.8"}
+    body |= {"alpha": f"{r.uniform(0.01, 0.99):.4f}", "I1": f"{r.uniform(0.1, 1):.4f}"}
+    body["I3"] = f"{float(body['I1']) * r.uniform(0.3, 1.9):.4f}"
+    mu = r.choice(("0", log(-2, 2))) if law == "viscous" else log(-2, 0)
+    offset = r.choice((log(-7, -1), f"{r.uniform(0.1, 1.5):.4f}"))
+    start = {"theta": f"pi - {offset}" if r.random() < 0.3 else offset}
+    spin = r.choice((5, 50, 200))
+    start |= {"theta_dot": some(20), "phi_dot": some(60), "omega_3": some(spin)}
+    gliding = {"nu_x": some(0.5), "nu_y": some(0.5)}
+    if law == "coulomb":
+        gliding["nu_x"] = f"{r.uniform(0.1, 0.5):.4f}"  # at rest it would roll
+    if model != "rolling":
+        start |= gliding
+    table = {"stiffness": log(2, 4), "damping": r.choice(("0", log(-3, 0)))}
+    more: dict[str, Any] = {}
+    if elastic:
+        model, law, mu = "gliding", "viscous", log(-2, 1)
+        start |= {"height": "-0.0002", "rise": "0"}
+        more["contact"] = {"law": "compliant", "force": "linear", **table}
+    elif model == "flight":
+        start |= {"height": "0.02", "rise": "0.3"}
+    if law != "viscous":
+        more["friction"] = {"law": law, "mu": mu}
+        more["friction"] |= {"epsilon": "0.01"} if law == "regularised" else {}
+    elif model != "flight":
+        body["mu"] = mu
+    run = {"until": UNTIL_S, "sample_every": "0.01"}
+    return Scene.of(name=f"case-{seed}", model=model, body=body, start=start, run=run, **more)
+
+
+def apart(zeros: list[tuple[Any, int]]) -> list[tuple[Any, int]]:
+    """Without pairs so near that the witness cannot tell them from a touch of zero."""
+    kept: list[tuple[Any, int]] = []
+    for time, sign in zeros:
+        if kept and time - kept[-1][0] < TOUCH * time:
+            kept.pop()
+        else:
+            kept.append((time, sign))
+    return kept
+
+
+def compared(scene: Scene, witnessed: Scene | None = None) -> str:
+    """Return what was compared, or why nothing was; raise where the two disagree."""
+    runs, refused = [], ""
+    for chosen, bounds in WAYS:
+        try:
+            runs.append((integrate(scene, events=catalogue(scene.model), **chosen), bounds))
+        except InputError as refusal:
+            refused = str(refusal)
+    if not runs:
+        assert "g_n is" in refused, f"{refused}\n{scene}"
+        return "refused"
+    with gmpy2.context(precision=BITS):
+        top, start, until, second = witness(witnessed or scene)
+        events, end, ended = follow(top, start, until)
+        events = [(name, t * second, sign) for name, t, sign in events]
+        last = float(end * second) * (1 if ended else 0.99)
+        for run, bounds in runs:
+            assert_agree(run, events, last, ended, bounds)
+    return "no digits" if "digits" in refused else f"{len(events)} events"
+
+
+def assert_agree(run: Any, events: list[Any], last: float, ended: bool, bounds: Any) -> None:
+    """Compare a run's events up to the time ``last``, and its end there if it has ``ended``."""
+    kinds, table = {"theta_min": -1, "theta_max": 1}, run.events
+    for name in run.setup.events:
+        function = "turning" if name in kinds else name
+        zeros = apart([(t, sign) for n, t, sign in events if n == function])
+        true = [float(t) for t, sign in zeros if sign == kinds.get(name, sign)]
+        true = [t for t in true if SEEN < t <= last]
+        times = [float(t) for t in table["t"][table["name"] == name] if SEEN < t <= last]
+        said = f"{name}, {run!r}, followed to {last}\n{times}\n{true}\n{run.scene}"
+        assert alike(times, true, *bounds), said
+    if ended:
+        end = float([*table["t"][table["name"] == "separation"], run.t_end][0])
+        assert alike([end], [last], 1e-9, 1e-12), f"{run!r}\n{run.scene}"
+
+
+def alike(times: list[float], true: list[float], relative: float, absolute: float) -> bool:
+    """Return whether there are as many times as true ones, each within one of the bounds."""
+    pairs = zip(times, true, strict=False)
+    near = all(abs(t - x) <= max(relative * abs(x), absolute) for t, x in pairs)
+    return near and len(times) == len(true)
+
+
+def main(first: str = "0", last: str = "300") -> None:
+    """Compare the scenes of a range of seeds, and print what was compared."""
+    for seed in range(int(first), int(last)):
+        try:
+            print(seed, compared(drawn(seed)), flush=True)
+        except AssertionError as difference:
+            print(seed, "DIFFERENT", difference, flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
