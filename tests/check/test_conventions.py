@@ -176,23 +176,6 @@ def test_a_world_is_read_back(world: str, axis: str) -> None:
         assert ours[name] == pytest.approx(frame[name].to_numpy(), abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("world", "axis", "given", "named"),
-    [
-        ("z-up", "z", "y-up", "without --world, --axis"),
-        ("y-up", "z", "y-up", "with --world y-up"),
-        # right-handed, it is the motion in a mirror
-        ("left-handed-y-up", "y", "left-handed-z-up", "with --world left-handed-y-up --axis y"),
-    ],
-)
-def test_the_world_that_is_meant_is_named_instead_of_the_one_given(
-    world: str, axis: str, given: str, named: str
-) -> None:
-    theirs = written(pose([0.001 * i for i in range(101)]), OURS.in_world(world, axis))
-    found = check(theirs, "reference", world=given, axis="y")
-    assert [one.text for one in found.causes] == [f"it is read {named}"]
-
-
 @pytest.mark.usefixtures("no_cause")
 def test_another_world_is_not_green(healthy: Healthy) -> None:
     theirs = written(pose([0.001 * i for i in range(101)]), OURS.in_world("y-up", "y"))

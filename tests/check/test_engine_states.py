@@ -1,6 +1,5 @@
 """``check --from ENGINE``: each engine's own order and frame, from both kinds of files."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +9,6 @@ import pytest
 
 import tt_precise as tt
 from benchmarks.engines import ENGINES
-from tests.conftest import Said
 from tt_precise.check.conventions import convert
 from tt_precise.check.engine_states import CONVENTIONS, engine_table
 from tt_precise.cli import main
@@ -85,25 +83,6 @@ def test_each_engine_passes_in_its_own_convention_only(engine: str, saved: Saved
     path = saved(engine)
     assert check(path, engine) == 0
     assert check(path, "ode" if engine == "bullet" else "rapier") in (1, 2)
-
-
-@pytest.mark.parametrize("friction", ["scene", "other"])
-@pytest.mark.parametrize(
-    ("engine", "read_as", "named"),
-    [
-        ("bullet", "drake", "bullet"),
-        ("bullet", "ode", "bullet"),
-        ("drake", "newton", "drake"),
-        ("ode", "rapier", "dart"),
-        ("mujoco", "mujoco:cm", "mujoco"),
-    ],
-)
-def test_the_engine_that_would_have_written_it_is_named(
-    engine: str, read_as: str, named: str, friction: str, saved: Saved, said: Said
-) -> None:
-    options = f"--scene reference --from {read_as} --friction {friction}"
-    found = said("check", saved(engine), options, status=1)
-    assert re.search(rf"^  cause +it is read with --from {named}$", found, re.MULTILINE), found
 
 
 def test_numbered_columns_are_arrays(pose: pd.DataFrame, scene: Scene, tmp_path: Path) -> None:

@@ -103,12 +103,10 @@ def _part(after: Check, before: Check) -> float:
     return after.value / before.value if after.value else 0.0
 
 
-def explain(
-    rows: Rows, checks: Sequence[Check], judge: Judge, options: Mapping[str, Change]
-) -> list[Cause]:
+def explain(rows: Rows, checks: Sequence[Check], judge: Judge) -> list[Cause]:
     """Return the causes of the failures among ``checks``; [] if no hypothesis holds.
 
-    ``judge`` repeats the checks, ``options`` read the file with other options of the command.
+    ``judge`` repeats the checks.
     """
     failure = FailedRows(rows, checks, judge)
     failed = {check.name for check in checks if check.verdict == "fail"}
@@ -117,10 +115,9 @@ def explain(
     deciding = {name for names in DECIDING for name in names}
     with numpy.errstate(all="ignore"):
         if failed or opened & deciding:
-            for search in (_options(options), _conventions(rows)):
-                convention = _best(failure, search)
-                if convention:
-                    return [Cause(convention.kind, convention.text)]
+            convention = _best(failure, _conventions(rows))
+            if convention:
+                return [Cause(convention.kind, convention.text)]
         # what no deciding check sees, no deciding check can confirm
         if failed & deciding:
             numbers = [each for each in _numbers(rows) if failure.rest(each) <= REST]
@@ -152,11 +149,6 @@ def _together(hypotheses: Sequence[Hypothesis]) -> Cause:
     texts = [hypothesis.text for hypothesis in hypotheses]
     doubt = ": these rows cannot tell" if len(texts) > 1 else ""
     return Cause(hypotheses[0].kind, ", or ".join(texts) + doubt)
-
-
-def _options(options: Mapping[str, Change]) -> Iterator[Hypothesis]:
-    for option, change in options.items():
-        yield Hypothesis("convention", f"it is read {option}", change)
 
 
 def _conventions(rows: Rows) -> Iterator[Hypothesis]:

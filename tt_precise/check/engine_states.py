@@ -52,17 +52,6 @@ def convention_of(engine: str) -> Convention:
     return replace(convention, point=origin, place=origin) if origin else convention
 
 
-def other_engines(engine: str) -> dict[str, Convention]:
-    """Return the other conventions of arrays with the same names, each by its option."""
-    own, arrays = convention_of(engine), engine.startswith("mujoco")
-    names = [name for name in CONVENTIONS if (name == "mujoco") == arrays]
-    names += [f"{name}:{origin}" for name in names for origin in ("centre", "cm")]
-    first: dict[Convention, str] = {}
-    for name in names:
-        first.setdefault(convention_of(name), f"--from {name}")
-    return {option: convention for convention, option in first.items() if convention != own}
-
-
 def engine_table(source: object, engine: str, rename: Mapping[str, str]) -> Source:
     """Return an engine's arrays as rigid-body columns, still in the engine's convention.
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import inspect
-import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,20 +19,12 @@ from tt_precise.check.checks import (
     position_rounding,
 )
 from tt_precise.check.columns import QUATERNION, TRACK, choose_set, require_whole
-from tt_precise.check.conventions import AXES, OURS, WORLDS, Convention, convert
-from tt_precise.check.engine_states import convention_of, engine_table, other_engines
-from tt_precise.check.result import Cause, Result
+from tt_precise.check.conventions import OURS, convert
+from tt_precise.check.engine_states import convention_of, engine_table
+from tt_precise.check.result import Result
 from tt_precise.check.rows import Assumptions, Rows
-from tt_precise.check.solution import (
-    DECIDING,
-    Demand,
-    agreement,
-    decide_alone,
-    decides,
-    distance,
-    find_start,
-)
-from tt_precise.check.sources import FileRows, Source, open_table, read_rows
+from tt_precise.check.solution import DECIDING, Texts, agreement, distance, find_start
+from tt_precise.check.sources import FileRows, open_table, read_rows
 from tt_precise.golden.solution import TrueSolution
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
@@ -121,28 +111,42 @@ def conservation(
                 f"digits: the solution has the scene's {option}; expected {option} scene"
             )
     scene = load_scene(scene)
-    own = convention_of(engine) if engine else OURS
-    convention = own.in_world(world, axis)
+    convention = (convention_of(engine) if engine else OURS).in_world(world, axis)
     if engine:
         table = engine_table(trajectory, engine, columns or {})
     else:
         table = open_table(trajectory, columns)
     # overflow and undefined values fail the check instead of giving a warning
     with numpy.errstate(all="ignore"):
-        assumed = _assumptions(table, scene, friction, start)
+        column_set = choose_set(table.names, table.where)
+        velocity = require_whole(table.names, column_set.velocity, "velocity", table.where)
+        if scene.lifts and velocity:
+            require_whole(table.names, column_set.height, "height and its rate", table.where)
         file_rows = read_rows(table, cutoff)
-        rows = Rows.of(assumed, file_rows.columns)
+        rows = Rows.of(Assumptions(scene, column_set, friction, start), file_rows.columns)
         if convention != OURS:
-            if assumed.columns.name != "rigid body":
+            if column_set.name != "rigid body":
                 raise InputError(
-                    f"{table.where}: got {assumed.columns.name} columns, expected those of a rigid "
-                    "body with another world or axis"
+                    f"{table.where}: got {column_set.name} columns, expected those of a rigid body "
+                    "with another world or axis"
                 )
             rows = rows.changed(convert(rows.columns, convention, rows.body))
-        options = _other_options(file_rows, engine, convention, (world, axis))
+        solution = TrueSolution(scene, folder, progress)
         texts = table.texts if convention == OURS else None
-        examination = partial(_examine, rows, table, file_rows, chosen, digits, cutoff, allow)
-        return examination(TrueSolution(scene, folder, progress), options, texts)
+        result = Result(
+            table.where, scene.name, column_set.name, len(rows.t), file_rows.t_first,
+            file_rows.t_first + float(rows.t.max(initial=0.0)), (file_rows.finite,),
+        )  # fmt: skip
+        if len(rows.t) < 2:
+            note, names = "fewer than two finite rows", (*DEFAULT_LIMITS, *OF_FILE[1:])
+            skipped = [Check(name, "skipped", note=note) for name in names]
+            return replace(result, checks=(file_rows.finite, *skipped))
+        checks = _checks(rows, file_rows, texts, chosen, digits, cutoff, solution)
+        result = replace(
+            result, checks=tuple(checks), unseen=_unseen(checks, rows.assumed, allow),
+            written=f"some {-math.log10(rows.rounding):.0f} digits" if rows.rounding > FULL else "",
+        )  # fmt: skip
+        return _explained(result, rows, chosen, solution)
 
 
 # assertions accept the options of ``conservation``; the command calls it by this name
@@ -150,139 +154,80 @@ OPTIONS = inspect.signature(conservation).parameters
 examine = conservation
 
 
-def _assumptions(table: Source, scene: Scene, friction: str, start: str) -> Assumptions:
-    """Return the assumptions on a table.
-
-    Raises ``InputError``: it has only some of the columns of the velocity, or of the height.
-    """
-    chosen = choose_set(table.names, table.where)
-    velocity = require_whole(table.names, chosen.velocity, "velocity", table.where)
-    if scene.lifts and velocity:
-        require_whole(table.names, chosen.height, "height and its rate", table.where)
-    return Assumptions(scene, chosen, friction, start)
-
-
-def _other_options(
-    file_rows: FileRows, engine: str | None, convention: Convention, world: tuple[str, str]
-) -> dict[str, Callable[[Rows], Rows]]:
-    """Return how the file would be read with other options, by their text."""
-    conventions: dict[str, Convention] = {}
-    if engine:
-        conventions = {f"with --from {name.removeprefix('--from ')}": other.in_world(*world)
-                       for name, other in other_engines(engine).items()}  # fmt: skip
-    if world != ("z-up", "z"):
-        for pair in itertools.product(WORLDS, AXES):
-            names = [f"--world {pair[0]}"] * (pair[0] != "z-up")
-            names += [f"--axis {pair[1]}"] * (pair[1] != "z")
-            text = f"with {' '.join(names)}" if names else "without --world, --axis"
-            if pair != world:
-                conventions[text] = convention.in_world(*pair)
-
-    def change(rows: Rows, other: Convention) -> Rows:
-        columns = {name: values[: len(rows.t)] for name, values in file_rows.columns.items()}
-        return rows.changed(convert(columns, other, rows.body))
-
-    return {text: partial(change, other=other) for text, other in conventions.items()}
-
-
-def _examine(
-    rows: Rows, table: Source, file_rows: FileRows, limits: Mapping[str, float],
-    digits: float | None, cutoff: float, allow: Sequence[str], solution: TrueSolution,
-    options: Mapping[str, Callable[[Rows], Rows]], texts: Any,
-) -> Result:  # fmt: skip
-    """Return the results of all checks, the verdict, and the causes of failures."""
-    checks, t_first, assumed = [file_rows.finite], file_rows.t_first, rows.assumed
-    unseen, causes, powers = list[str](), list[Cause](), dict[str, float]()
-    if len(rows.t) < 2:
-        note = "fewer than two finite rows"
-        checks += [Check(name, "skipped", note=note) for name in (*DEFAULT_LIMITS, *OF_FILE[1:])]
-    else:
-        by_name = {check.name: check for check in judge(rows, limits)}
-        if all(check.verdict != "fail" for check in by_name.values()):
-            rows.cache.clear()  # the comparison with the solution needs the memory
-        begin = find_start(rows, t_first, solution)
-        broken = (
-            "" if file_rows.finite.verdict == "pass" else f"the rows end: {file_rows.finite.note}"
-        )
-        demand = Demand(digits, cutoff - t_first, broken)
-        golden = distance(rows, texts, begin, t_first, demand, solution)
-        if by_name["equations"].verdict in ("open", "skipped") and assumed.friction == "scene":
-            written = 4 * max(rows.rounding, position_rounding(rows)) + rows.time_rounding
-            golden = decide_alone(golden, written)
-        followed = _columns_followed(rows, by_name["kinematics"], golden)
-        checks += [by_name[name] for name in DEFAULT_LIMITS if name in by_name]
-        checks += [begin.check, agreement(rows, followed), golden]
-        unseen = _unseen({check.name: check for check in checks}, assumed, allow)
-        failed = {check.name for check in checks if check.verdict == "fail"} - {"finite"}
-        if unseen or failed:
-            from tt_precise.check.causes import explain  # a file that passes needs none
-
-            def repeat(other: Rows) -> Iterator[Check]:
-                if begin.check.verdict == "fail":
-                    yield find_start(other, t_first, solution).check
-                yield from judge(other, limits)
-
-            causes = explain(rows, checks, repeat, options)
-            checks = [_by_cause(check, causes) for check in checks]
-        else:
-            from tt_precise.check.causes import power
-
-            powers = power(rows, limits)
-    digits_written = ""
-    if len(rows.t) > 1 and rows.rounding > FULL:
-        digits_written = f"some {-math.log10(rows.rounding):.0f} digits"
-    return Result(
-        table.where, assumed.scene.name, assumed.columns.name, len(rows.t), t_first,
-        t_first + (float(rows.t[-1]) if len(rows.t) else 0.0), tuple(checks), tuple(unseen),
-        tuple(causes), digits_written, powers,
-    )  # fmt: skip
-
-
-def _columns_followed(rows: Rows, kinematics: Check, golden: Check) -> set[str]:
-    """Return the columns beside the state that the attitude, or the solution, has looked at."""
-    followed = set()
-    if kinematics.verdict == "pass":
-        followed |= {"phi"} if rows.assumed.columns.azimuth else set()
-        followed |= {"psi", *QUATERNION} if rows.motion.q is not None else set()
-        x = rows.motion.x
-        moves = x is not None and rows.has_velocity and rows.assumed.columns.azimuth
+def _checks(
+    rows: Rows, file_rows: FileRows, texts: Texts | None, limits: Mapping[str, float],
+    digits: float | None, cutoff: float, solution: TrueSolution,
+) -> list[Check]:  # fmt: skip
+    """Return the results of all checks."""
+    by_name = {check.name: check for check in judge(rows, limits)}
+    if all(check.holds for check in by_name.values()):
+        rows.cache.clear()  # the comparison with the solution needs the memory
+    begin, alone = find_start(rows, file_rows.t_first, solution), None
+    if by_name["equations"].verdict in ("open", "skipped"):
+        alone = 4 * max(rows.rounding, position_rounding(rows)) + rows.time_rounding
+    end = cutoff if file_rows.finite.holds else float(rows.t[-1])
+    golden = distance(rows, texts, begin, file_rows.t_first, end, digits, alone, solution)
+    # columns beside the state that the attitude, or the solution, has looked at
+    good = golden.parts if golden.verdict == "pass" else {}
+    followed = {name for name in TRACK if good.get(name, 0.0) >= DECIDING}
+    if by_name["kinematics"].verdict == "pass":
+        moves = rows.has_velocity and rows.assumed.columns.azimuth
         followed |= {"x", "y", "z"} if moves else set()
-        followed |= {"z"} if x is not None and not rows.assumed.scene.lifts else set()
-    if golden.verdict == "pass":
-        followed |= {name for name in TRACK if golden.parts.get(name, 0.0) >= DECIDING}
-    return followed
+        followed |= set() if rows.assumed.scene.lifts else {"z"}
+        followed |= {"psi", *QUATERNION} if rows.motion.q is not None else set()
+    row_checks = [by_name[name] for name in DEFAULT_LIMITS if name in by_name]
+    return [file_rows.finite, *row_checks, begin.check, agreement(rows, followed), golden]
 
 
-def _unseen(checks: Mapping[str, Check], assumed: Assumptions, allow: Sequence[str]) -> list[str]:
+def _unseen(checks: Sequence[Check], assumed: Assumptions, allow: Sequence[str]) -> tuple[str, ...]:
     """Return the deciding checks that were not made, in words."""
-
-    def has_verdict(name: str) -> bool:
-        return name in allow or checks[name].verdict in ("pass", "fail")
-
-    def reasons(*names: str) -> str:
-        return ", ".join(f"{name}: {checks[name].note}" for name in names)
-
+    open_checks = {
+        check.name: f"{check.name}: {check.note}"
+        for check in checks
+        if check.verdict in ("open", "skipped") and check.name not in allow
+    }
     unseen = []
     if assumed.friction == "scene":
-        if not (has_verdict("equations") or decides(checks["golden"]) or "golden" in allow):
-            unseen.append(f"the equations of motion ({reasons('equations', 'golden')})")
+        if {"equations", "golden"} <= {*open_checks}:
+            reasons = f"{open_checks['equations']}, {open_checks['golden']}"
+            unseen.append(f"the equations of motion ({reasons})")
     else:
         for name, what in (("kinematics", "the attitude"), ("contact_momentum", "the momentum")):
-            if not has_verdict(name):
-                unseen.append(f"{what} ({reasons(name)})")
-    for name, what in (("start", "the start"), ("agreement", "all columns")):
-        if checks[name].verdict == "open" and name not in allow:
-            unseen.append(f"{what} ({checks[name].note})")
-    return unseen
+            unseen += [f"{what} ({open_checks[name]})"] if name in open_checks else []
+    for check in checks:
+        what = {"start": "the start", "agreement": "all columns"}.get(check.name, "")
+        if what and check.verdict == "open" and check.name not in allow:
+            unseen.append(f"{what} ({check.note})")
+    return tuple(unseen)
 
 
-def _by_cause(check: Check, causes: Sequence[Cause]) -> Check:
-    """Return an open check of the attitude as a failure where another convention resolves it."""
-    named = [cause.text for cause in causes if cause.kind == "convention"]
-    if check.name != "kinematics" or check.verdict != "open" or not named:
-        return check
-    note = f"the rows follow from each other if {named[0]}"
-    return replace(check, verdict="fail", value=None, at=None, since=0.0, note=note, curve=None)
+def _explained(
+    result: Result, rows: Rows, limits: Mapping[str, float], solution: TrueSolution
+) -> Result:
+    """Return a result with the causes of its failures, or with what a pass would have seen.
+
+    An open check of the attitude fails where another convention resolves it.
+    """
+    if not result.unseen and {check.name for check in result.failures} <= {"finite"}:
+        from tt_precise.check.causes import power
+
+        return replace(result, would_have_seen=power(rows, limits))
+    from tt_precise.check.causes import explain  # a file that passes needs none
+
+    def repeat(other: Rows) -> Iterator[Check]:
+        if not result["start"].holds:
+            yield find_start(other, result.t_first, solution).check
+        yield from judge(other, limits)
+
+    causes, checks = explain(rows, result.checks, repeat), list(result.checks)
+    for cause in causes:
+        attitude = result["kinematics"]
+        if cause.kind == "convention" and attitude.verdict == "open":
+            checks[checks.index(attitude)] = replace(
+                attitude, verdict="fail", value=None, at=None, since=0.0, curve=None,
+                note=f"the rows follow from each other if {cause.text}",
+            )  # fmt: skip
+    return replace(result, checks=tuple(checks), causes=tuple(causes))
 
 
 def assert_conserves(
@@ -311,14 +256,12 @@ def assert_conserves(
     checks = {check.name: check for check in result.checks}
     lines = []
     for name in demanded:
-        if name not in checks:
-            lines.append(f"{name}: a limit was given, but the check is of flight only")
-        elif checks[name].verdict in ("skipped", "open"):
-            verdict, note = checks[name].verdict, checks[name].note
-            lines.append(f"{name}: a limit was given, but the check is {verdict}: {note}")
-    if lines or not result.passed:
-        raise _failure([*result.summary(), *lines])
-    return result
+        check = checks.get(name, Check(name, "skipped", note="of flight only"))
+        if check.verdict in ("skipped", "open"):
+            lines.append(
+                f"{name}: a limit was given, but the check is {check.verdict}: {check.note}"
+            )
+    return _asserted(result, result.passed and not lines, lines)
 
 
 def assert_matches_golden(
@@ -340,13 +283,15 @@ def assert_matches_golden(
         raise InputError("digits: got None, expected the number of correct digits wanted")
     result = conservation(trajectory, scene, digits=digits, **options)
     golden = result["golden"]
-    if golden.verdict != "pass" or result["finite"].verdict != "pass":
-        few = {name: correct for name, correct in golden.parts.items() if correct < digits}
-        names = ", ".join(f"{name} {correct:.1f}" for name, correct in few.items())
-        lines = [*result.summary(), f"correct digits: {names}"] if few else result.summary()
-        raise _failure([*lines, f"over time: {golden.history or 'nothing to compare'}"])
+    few = [f"{name} {correct:.1f}" for name, correct in golden.parts.items() if correct < digits]
+    lines = [f"correct digits: {', '.join(few)}"] if few else []
+    lines.append(f"over time: {golden.history or 'nothing to compare'}")
+    return _asserted(result, golden.verdict == "pass" and result["finite"].holds, lines)
+
+
+def _asserted(result: Result, good: bool, lines: Sequence[str]) -> Result:
+    """Return a ``good`` result; else raise ``AssertionError`` with its summary and ``lines``."""
+    __tracebackhide__ = True
+    if not good:
+        raise AssertionError("\n  ".join(map(one_line, [*result.summary(), *lines])))
     return result
-
-
-def _failure(lines: Sequence[str]) -> AssertionError:
-    return AssertionError("\n  ".join(map(one_line, lines)))

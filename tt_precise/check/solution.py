@@ -1,17 +1,16 @@
 """Checks against the scene: its start, the columns beside the state, and its solution.
 
-The first row is the scene's start or a state of its solution: a log may count from 100 s, and a run
-may be a restart. Columns beside those of the state must agree with it. The distance from the
+The first row is the scene's start, at any time in the file, or the solution at the row's own time:
+a run may be a restart. Columns beside those of the state must agree with it. The distance from the
 solution counts digits by the rule of ``mechanics.digits``, in double up to 15 required digits, in
 the file's own digits above.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -25,9 +24,8 @@ from tt_precise.golden.solution import ComparedRows, Distance, TrueSolution, wit
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.euler import EulerState, euler_from_vectors
 from tt_precise.mechanics.newton import NewtonState
-from tt_precise.mechanics.quantities import jellett
 from tt_precise.mechanics.vectors import axis_of
-from tt_precise.runtime.values import Arithmetic, Array, Check, InputError
+from tt_precise.runtime.values import Arithmetic, Array, Check, InputError, Verdict
 from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import InitialState
 from tt_precise.scene.start import LIFTED
@@ -37,17 +35,9 @@ SAME_START = 1e-5  # The scene's start is copied into a simulator through 32-bit
 DECIDING = 3.0
 SAME_COLUMN = 1e-6  # Two sets in one file come from one state: only rounding can separate them.
 MOST_IN_DOUBLE = 15.0  # required digits that differences of doubles can show
-DOUBLE = Arithmetic(numpy, float)
-LEAST_TURN = (
-    1e-9  # Angle (rad) below which axes are not turned: rounding of a 32-bit float is more.
-)
-# Times per radian of spin among which a state is sought, which resolves the nutation, and the most.
-TIMES_PER_RADIAN, MOST_TIMES = 20, 20_000
-MOST_MINIMA = 8  # Local minima of the distance that are refined.
-# Interval without a row, in usual ones, half way to a missing row; share of the motion from which
-# rows count as missing; relative difference of most intervals of evenly spaced rows.
+# Interval without a row, in intervals of the scene's samples or in parts of the motion, from which
+# rows are missing; relative difference of most intervals of evenly spaced rows.
 MISSING_ROW, SHARE, EVEN = 1.5, 0.1, 1e-3
-PAIRS = ((0, 1), (3, 4), (6, 7))  # horizontal components of k, L and v_A
 Texts = Callable[[Sequence[str]], Mapping[str, Sequence[Any]]]
 
 
@@ -56,181 +46,55 @@ Texts = Callable[[Sequence[str]], Mapping[str, Sequence[Any]]]
 
 @dataclass(frozen=True)
 class Begin:
-    """The check of the first row, and its position on the solution.
-
-    ``time`` is in s, None if the row is no state of the solution; ``turn`` (rad) is the angle by
-    which the file's axes are turned about the vertical.
-    """
+    """The check of the first row, and its time (s) on the solution; None if it is none of it."""
 
     check: Check
     time: float | None = None
-    turn: float = 0.0
 
 
 def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
-    """Compare the first row with the scene's start, then with its solution at any time.
+    """Compare the first row with the scene's start, and with its solution at the row's own time.
 
     Raises ``InputError``: the solution cannot be integrated so far.
     """
-    meaning = "the first row is the scene's start, or a state of its solution"
-    if rows.assumed.start == "other":
+    meaning = "the first row is the scene's start, or its solution at the row's time"
+    assumed, bound, units = rows.assumed, 16 * rows.rounding, rows.units
+    if assumed.start == "other":
         return Begin(Check("start", "skipped", note="another start is meant", meaning=meaning))
-    scene = rows.assumed.scene
-    bound, start = 16 * rows.rounding, numpy.array(_scene_start(rows).vectors, float)[:8]
+    own = numpy.array([float(values[0]) for values in rows.state[:8]])
+    start = InitialState.in_si(assumed.scene, Arithmetic(numpy, float)).vectors
+    states = [(0.0, SAME_START, numpy.array(start[:8], float))]
+    if assumed.friction == "scene" and 0 < t_first <= float(assumed.scene.until):
+        later = solution.vectors(numpy.array([t_first]))
+        states += [] if later is None else [(t_first, 10.0**-DECIDING, later[:, 0])]
 
-    def result(difference: float, note: str, limit: float = SAME_START) -> Check:
-        good = difference <= limit + bound
-        return Check("start", "pass" if good else "fail", difference, limit, 0.0, note, meaning,
-                     bound=bound or None, since=None if good else 0.0)  # fmt: skip
+    def compare(time: float, limit: float, true: Array) -> Begin:
+        differences = abs(own - true) / numpy.repeat([1.0, units["L"], units["v"]], (3, 3, 2))
+        worst = int(numpy.nanargmax(differences))  # an unknown velocity is NaN
+        difference = float(differences[worst])
+        if difference <= limit + bound:
+            note = f"the scene's start, at t = {t_first:.12g} s in the file" if t_first else ""
+            note = f"the solution at t = {time:.6g} s" if time else note
+            return Begin(Check("start", "pass", difference, limit, 0.0, note, meaning,
+                               bound=bound or None), time)  # fmt: skip
+        note = (
+            f"another start than the scene's ({NewtonState._fields[worst]} {own[worst]:.6g}, the "
+            f"scene's {true[worst]:.6g}); use --start other if intended"
+        )
+        return Begin(Check("start", "fail", difference, limit, 0.0, note, meaning,
+                           bound=bound or None, since=0.0))  # fmt: skip
 
-    def at(time: float, limit: float) -> Begin | None:
-        true = solution.vectors(numpy.array([time]))
-        if true is None or _jellett_difference(rows) > limit + bound:
-            return None
-        difference, turn = _difference(rows, true[:, 0])
-        if not difference <= limit + bound:
-            return None
-        return Begin(result(difference, f"the solution at t = {time:.6g} s", limit), time, turn)
-
-    difference, turn = _difference(rows, start)
-    later = None
-    if rows.assumed.friction == "scene" and 0 < t_first <= float(scene.until):
-        later = at(t_first, 10.0**-DECIDING)
-    near = difference <= SAME_START + bound
-    if near and (later is None or difference <= (later.check.value or 0.0)):
-        note = f"the scene's start, at t = {t_first:.12g} s in the file" if t_first else ""
-        note = f"the scene's start in axes turned by {turn:.6g} rad" if turn else note
-        return Begin(result(difference, note), 0.0, turn)
-    if rows.assumed.friction == "other" and t_first:
+    begins = [compare(*state) for state in states]
+    passing = [begin for begin in begins if begin.time is not None]
+    if passing:
+        return min(passing, key=lambda begin: begin.check.value or 0.0)
+    if assumed.friction == "other" and t_first:
         note = f"the file begins at t = {t_first:.6g} s: add the row at 0, or --start other"
         return Begin(Check("start", "open", note=note, meaning=meaning))
-    if later is None and _jellett_difference(rows) <= SAME_START + bound:
-        time = _nearest_time(rows, solution)
-        later = None if time is None else at(time, SAME_START)
-        if later is not None and rows.assumed.friction == "other":
-            later = Begin(later.check)
-    return later or Begin(result(difference, _other_start(rows, start)))
-
-
-def _scene_start(rows: Rows) -> InitialState:
-    return InitialState.in_si(rows.assumed.scene, DOUBLE)
-
-
-def _first_row(rows: Rows) -> Array:
-    """Return the vectors of the first row; NaN where the velocity is unknown."""
-    return numpy.array([float(values[0]) for values in rows.state[:8]])
-
-
-def _units(rows: Rows) -> Array:
-    units = rows.units
-    return numpy.repeat([1.0, units["L"], units["v"]], (3, 3, 2))
-
-
-def _difference(rows: Rows, true: Array) -> tuple[float, float]:
-    """Return the relative difference of the first row up to a turn about z, and the turn (rad)."""
-    own, other = _first_row(rows) / _units(rows), true / _units(rows)
-    finite = ~numpy.isnan(own)
-    straight = float(abs(own - other)[finite].max())
-    if straight <= LEAST_TURN or not rows.assumed.columns.azimuth:
-        return straight, 0.0
-    pairs = [(complex(own[i], own[j]), complex(other[i], other[j])) for i, j in PAIRS if finite[i]]
-    turn = cmath.phase(sum(x * y.conjugate() for x, y in pairs))
-    back = cmath.exp(-1j * turn)
-    turned = max(*(abs(x * back - y) for x, y in pairs), *(abs(own[i] - other[i]) for i in (2, 5)))
-    return (turned, turn) if turned < straight / 10 and abs(turn) > LEAST_TURN else (straight, 0.0)
-
-
-def _jellett_difference(rows: Rows) -> float:
-    """Return the relative difference of Jellett's integral from the scene's."""
-    own, start = float(jellett(rows.first)), _scene_start(rows)
-    scene = float(jellett(start.motion(numpy)))
-    return abs(own - scene) / (abs(scene) or rows.body.R * rows.units["L"])
-
-
-def _nearest_time(rows: Rows, solution: TrueSolution) -> float | None:
-    """Return the time (s) at which the solution comes nearest to the first row.
-
-    The motion nutates, so that several times are near: the best local minima are refined.
-    """
-    units = _units(rows)
-    own = _in_own_axes(_first_row(rows)[:, None] / units[:, None])
-    end = float(rows.assumed.scene.until)
-    count = math.ceil(min(TIMES_PER_RADIAN * rows.spin_rate * end, MOST_TIMES)) + 1
-
-    def differences(times: Array) -> Array | None:
-        true = solution.vectors(times)
-        if true is None:
-            return None
-        squares = abs(_in_own_axes(true / units[:, None]) - own) ** 2
-        total: Array = numpy.nansum(squares, axis=0)
-        return total
-
-    times = numpy.linspace(0.0, end, count)
-    coarse = differences(times)
-    if coarse is None:
-        return None
-    padded = numpy.pad(coarse, 1, constant_values=numpy.inf)
-    minima = numpy.flatnonzero((coarse <= padded[:-2]) & (coarse <= padded[2:]))
-    nearest, least = 0.0, math.inf
-    for index in minima[numpy.argsort(coarse[minima])][:MOST_MINIMA].tolist():
-        width, time = end / (count - 1), float(times[index])
-        for _ in range(10):  # each pass divides the interval by ten
-            fine = numpy.linspace(max(time - width, 0.0), min(time + width, end), 21)
-            distances = differences(fine)
-            if distances is None:
-                return None
-            time, width = float(fine[int(numpy.argmin(distances))]), width / 10
-        distance_there = differences(numpy.array([time]))
-        if distance_there is not None and distance_there[0] < least:
-            nearest, least = time, float(distance_there[0])
-    return nearest
-
-
-def _in_own_axes(vectors: Array) -> Array:
-    """Return vectors (8, n) in axes that turn about z with the axis, as complex numbers."""
-    k, L, v = (vectors[i] + 1j * vectors[j] for i, j in PAIRS)
-    direction = k.conj() / numpy.maximum(abs(k), LEAST_TURN)
-    return numpy.array([vectors[2] + 0j, vectors[5], abs(k), L * direction, v * direction])
-
-
-def _other_start(rows: Rows, start: Array) -> str:
-    """Return in words how the first row differs from the scene's start."""
-    scene = _scene_start(rows).motion(numpy)
-    pairs = {
-        "Jellett's integral": (float(jellett(rows.first)), float(jellett(scene))),
-        "cos theta": (float(rows.first.k[2]), float(scene.k[2])),
-        "|L|": (float(rows.units["L"]), math.sqrt(float((start[3:6] ** 2).sum()))),
-    }
-    words = [
-        f"{name} {own:.6g}, the scene's {true:.6g}"
-        for name, (own, true) in pairs.items()
-        if not abs(own - true) <= SAME_START * abs(true)
-    ]
-    text = "; ".join(words) or "the velocities differ"
-    return f"another start than the scene's ({text}); use --start other if intended"
+    return begins[0]
 
 
 # ---- columns that the state determines ---------------------------------------------------------
-
-
-DERIVED = (*EulerState._fields, *NewtonState._fields, "psi_dot", "phi", *OMEGA, *VELOCITY)
-
-
-def derived_column(rows: Rows, name: str) -> Array:
-    """Return a column of ``DERIVED``, which the state of the rows determines."""
-    state, values = rows.state, 0 * rows.t
-    if name in NewtonState._fields:
-        values = values + getattr(state, name)
-    elif name == "phi":
-        values = numpy.arctan2(state.ky, state.kx)
-    elif name in (*OMEGA, *VELOCITY):
-        vector = rows.omega if name in OMEGA else rows.q.s_dot
-        values = values + vector["xyz".index(name[-1])]
-    else:
-        euler = euler_from_vectors(rows.body, NewtonState._make(state[:8]), numpy)
-        psi_dot = euler.omega_3 - euler.phi_dot * state.kz
-        values = values + (psi_dot if name == "psi_dot" else getattr(euler, name))
-    return values
 
 
 # Columns that the direction of the axis decides, and columns that the velocity decides.
@@ -238,146 +102,132 @@ HORIZONTAL = {f"{vector}{axis}" for vector in "kLvw" for axis in "xy"} | {"phi",
 VELOCITIES = {"vx", "vy", "nu_x", "nu_y", "vcx", "vcy"}
 
 
+def derived_columns(rows: Rows) -> dict[str, tuple[Array, Array]]:
+    """Return the columns that the state determines, each with the size of an error of it."""
+    zero, body = 0 * rows.t, rows.body
+    vectors = NewtonState(*(values + zero for values in rows.state[:8]))
+    euler = euler_from_vectors(body, vectors, numpy)
+    psi_dot = euler.omega_3 - euler.phi_dot * vectors.kz
+    values = {**vectors._asdict(), **euler._asdict(), "psi_dot": psi_dot}
+    still = {} if rows.has_velocity else {"vx": zero, "vy": zero}
+    by_name = sizes(body, {**values, **still}, numpy)
+    values |= {"phi": numpy.arctan2(vectors.ky, vectors.kx)}
+    values |= zip(OMEGA, rows.omega, strict=True)
+    values |= zip(VELOCITY, (component + zero for component in rows.q.s_dot), strict=True)
+    by_name["phi"] = 1 / numpy.hypot(vectors.kx, vectors.ky)
+    by_name |= dict.fromkeys(OMEGA, by_name["Lz"] / min(body.I1, body.I3))
+    by_name |= dict.fromkeys(VELOCITY, by_name["vx"])
+    unknown = set() if rows.assumed.columns.azimuth else HORIZONTAL
+    unknown = unknown | (set() if rows.has_velocity else VELOCITIES)
+    return {name: (values[name], by_name[name]) for name in values if name not in unknown}
+
+
 def agreement(rows: Rows, followed: set[str]) -> Check:
     """Compare the columns that the state determines; ``followed`` are other columns looked at."""
     meaning = "columns beside those of the state agree with it, each relative to its size"
-    assumed = rows.assumed
-    own = {"t", *assumed.columns.names, *assumed.columns.height}
-    extra = [name for name in rows.columns if name not in own]
+    columns, bound = rows.assumed.columns, 4 * rows.rounding
+    extra = [n for n in rows.columns if n not in ("t", *columns.names, *columns.height)]
     if not extra:
         return Check("agreement", "pass", 0.0, SAME_COLUMN, 0.0, "no further columns", meaning)
-    hidden = set() if assumed.columns.azimuth else HORIZONTAL
-    hidden = hidden | (set() if rows.has_velocity else VELOCITIES)
-    expected = {
-        name: derived_column(rows, name) for name in extra if name in DERIVED and name not in hidden
-    }
-    left = [name for name in extra if name not in expected and name not in followed]
-    bound, worst, wrong, at = 4 * rows.rounding, 0.0, "", 0
-    columns = {name: (rows.columns[name], values) for name, values in expected.items()}
-    column_sizes = _sizes(rows, expected)
-    if "qw" in extra and assumed.columns.azimuth:  # the turn about the axis is no part of the state
+    derived, errors = derived_columns(rows), {"": 0 * rows.t}
+    for name, (values, size) in derived.items():
+        if name in extra:
+            errors[name] = without_revolutions(name, rows.columns[name] - values) / size
+    if "qw" in extra and columns.azimuth:  # the turn about the axis is no part of the state
         axis = numpy.array(axis_of(*(rows.columns[name] for name in QUATERNION)))
-        columns["the quaternion"] = norm(axis - rows.motion.k), 0 * rows.t
-        column_sizes["the quaternion"] = 1 + 0 * rows.t
-    for name, (values, true) in columns.items():
-        off = abs(without_revolutions(name, values - true)) / column_sizes[name] - bound
-        off = numpy.where(numpy.isfinite(off), off, 0.0)  # ``finite`` counts the others
-        row = int(numpy.argmax(off))
-        if off[row] > max(worst, SAME_COLUMN):
-            worst, wrong, at = float(off[row]), name, row
-    t = float(rows.t[at])
-    if wrong:
-        note = f"{wrong} does not agree with the {assumed.columns.name} columns"
-        return Check("agreement", "fail", worst, SAME_COLUMN, t, note, meaning, since=t)
+        errors["the quaternion"] = norm(axis - rows.motion.k)
+    for name, error in errors.items():  # ``finite`` counts what is not finite
+        errors[name] = numpy.where(numpy.isfinite(error), numpy.fmax(abs(error) - bound, 0), 0.0)
+    worst = max(errors, key=lambda name: float(errors[name].max()))
+    row = int(numpy.argmax(errors[worst]))
+    value, t = float(errors[worst][row]), float(rows.t[row])
+    if value > SAME_COLUMN:
+        note = f"{worst} does not agree with the {columns.name} columns"
+        return Check("agreement", "fail", value, SAME_COLUMN, t, note, meaning, since=t)
+    left = [name for name in extra if name not in derived and name not in followed]
     note = f"{', '.join(left)} not looked at" if left else f"checked {', '.join(extra)}"
-    return Check("agreement", "open" if left else "pass", worst, SAME_COLUMN, t, note, meaning,
+    return Check("agreement", "open" if left else "pass", value, SAME_COLUMN, t, note, meaning,
                  bound=bound or None)  # fmt: skip
-
-
-def _sizes(rows: Rows, columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the size to which an error of each derived column is relative."""
-    still = rows.state[:8] if rows.has_velocity else (*rows.state[:6], 0 * rows.t, 0 * rows.t)
-    state = dict(zip(NewtonState._fields, still, strict=True))
-    euler = {n: v for n, v in columns.items() if n in (*EulerState._fields, "psi_dot")}
-    by_rule = sizes(rows.body, {**state, **euler}, numpy)
-    omega = by_rule["Lz"] / min(rows.body.I1, rows.body.I3)
-    further = dict.fromkeys(("wx", "wy", "wz"), omega)
-    further |= dict.fromkeys(("vcx", "vcy", "vcz"), by_rule["vx"])
-    further["phi"] = 1 / numpy.hypot(rows.state.kx, rows.state.ky)
-    return {name: further.get(name, by_rule.get(name)) for name in columns}
 
 
 # ---- the solution ------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Demand:
-    """The digits that are required, if any, and the time (s) up to which rows are.
-
-    ``broken`` says why rows are missing at the end, "" if none are.
-    """
-
-    digits: float | None
-    until: float = math.inf
-    broken: str = ""
-
-
 def distance(
-    rows: Rows, texts: Texts | None, begin: Begin, t_first: float, demand: Demand,
-    solution: TrueSolution,
+    rows: Rows, texts: Texts | None, begin: Begin, t_first: float, until: float,
+    digits: float | None, alone: float | None, solution: TrueSolution,
 ) -> Check:  # fmt: skip
     """Return the correct digits of every column, compared with the scene's solution.
 
+    If ``digits`` are required, so are rows up to the time ``until`` (s). ``alone`` is the relative
+    rounding of the file where the solution has to decide without the equations, else None.
+
     Raises ``InputError``: digits are required, but too few rows can be compared.
     """
-    meaning, scene, digits = "correct digits of every column", rows.assumed.scene, demand.digits
+    meaning, scene, time = "correct digits of every column", rows.assumed.scene, begin.time
     for option in ("friction", "start"):
         if getattr(rows.assumed, option) == "other":
             note = f"the scene's solution has the scene's own {option}"
             return Check("golden", "skipped", note=note, meaning=meaning)
-    time = begin.time
-    if time is None:
-        if not 0 <= t_first <= float(scene.until):
-            note = "the first row is no state of the solution"
-            return Check("golden", "skipped", note=note, meaning=meaning)
-        time = t_first
+    if time is None and not 0 <= t_first <= float(scene.until):
+        note = "the first row is no state of the solution"
+        return Check("golden", "skipped", note=note, meaning=meaning)
+    time = t_first if time is None else time
     solution.require_golden()
+    in_double = (digits or 0) <= MOST_IN_DOUBLE
     try:
-        compared = _compared_rows(rows, texts if (digits or 0) > MOST_IN_DOUBLE else None, time,
-                                  begin.turn)  # fmt: skip
-        measured = solution.distance(compared, digits)
+        measured = solution.distance(
+            _compared_rows(rows, None if in_double else texts, time), digits
+        )
+        number, count, by_column = int(measured.compared[1:].sum()), len(rows.t) - 1, {}
+        for name, value in measured.fewest().items():  # equal doubles are equal up to rounding
+            by_column[name] = min(value, -math.log10(EPS / 2)) if in_double else value
+        worst = min(by_column.values(), default=0.0)
+        if not measured.compared.any() or (not number and worst >= 1):
+            reason = measured.ended or "no row could be compared with the solution"
+            raise InputError(f"digits: {reason}")
+        if digits is not None and worst >= digits:
+            whole = t_first == time == 0
+            end = min(until, measured.last) if whole else float(measured.t[-1])
+            _require_coverage(measured, digits, end, float(scene.sample_every))
     except InputError as error:
         if digits is not None:
             raise
         return Check("golden", "open", note=str(error), meaning=meaning)
-    by_column = measured.fewest()
-    if (digits or 0) <= MOST_IN_DOUBLE:  # equal doubles are equal up to their rounding
-        most = -math.log10(EPS / 2)
-        by_column = {name: min(value, most) for name, value in by_column.items()}
-    worst = min(by_column.values(), default=0.0)
-    number, count = int(measured.compared[1:].sum()), len(rows.t) - 1
-    if not measured.compared.any() or (not number and worst >= 1):
-        reason = demand.broken or measured.ended or "no row could be compared with the solution"
-        if digits is not None and not demand.broken:
-            raise InputError(f"digits: {reason}")
-        return Check("golden", "fail" if digits else "open", note=reason, meaning=meaning)
-    few = digits is not None and worst < digits
-    if digits is not None and not few and not demand.broken:
-        last = min(time + demand.until, measured.last) if t_first == time == 0 else compared.t[-1]
-        _require_coverage(compared.t, measured, digits, float(last), float(scene.sample_every))
-    notes = [f"{number} rows compared {measured.how}", demand.broken, measured.ended]
-    if number < count:
-        notes.insert(1, f"{number} of {count} rows after the start in all")
-    failed = few or (digits is not None and demand.broken)
+    compared = f"{number} rows" if number == count else f"{number} of {count} rows"
+    note = "; ".join(filter(None, [f"{compared} compared {measured.how}", measured.ended]))
+    required = digits or 0.0
+    limit = required if alone is None else max(DECIDING, required)
+    verdict: Verdict = "pass" if worst >= limit else "fail"
+    if required <= worst < limit and 10.0**-worst <= 10.0**-limit + (alone or 0.0):
+        verdict, note = "open", f"the file has too few digits; {note}"
     at = None if measured.at is None else measured.at - time
     return Check(
-        "golden", "fail" if failed else "pass", worst, digits, at, "; ".join(filter(None, notes)),
-        meaning, "at least", {name: round(value, 2) for name, value in by_column.items()},
-        digits_over_time(measured, time),
+        "golden", verdict, worst, limit or None, at, note, meaning, "at least",
+        {name: round(value, 2) for name, value in by_column.items()},
+        _over_time(measured, time),
     )  # fmt: skip
 
 
-def _compared_rows(rows: Rows, texts: Texts | None, time: float, turn: float) -> ComparedRows:
+def _compared_rows(rows: Rows, texts: Texts | None, time: float) -> ComparedRows:
     """Return the columns to compare, from the time ``time`` (s) of the solution on.
 
-    With ``texts`` their original numbers are exact; columns that are derived, turned or counted
-    from another origin are doubles.
+    With ``texts`` their original numbers are exact; columns that are derived or counted from
+    another origin are doubles.
     """
     comparable = {*NewtonState._fields, *EulerState._fields, *TRACK}
     comparable |= {*LIFTED} if rows.has_height else set()
     comparable -= {"vx", "vy", "nu_x", "nu_y"} if rows.assumed.rolling else set()
     values = {name: column for name, column in rows.columns.items() if name in comparable}
-    exact = {*values} if texts and not turn else set()
+    exact = {*values} if texts else set()
     if rows.assumed.columns.name == "rigid body":
         names = (*NewtonState._fields, *LIFTED)[: 10 if rows.has_height else 8]
         names = names if rows.has_velocity else names[:6]
         values |= {n: getattr(rows.state, n) for n in names if n in comparable - {*values}}
-    for name in ("psi", "x", "y"):  # they count from anywhere, in a solution from 0
-        size = 1.0 if name == "psi" else rows.body.R
-        if time == 0 and name in values and abs(values[name][0]) > SAME_START * size:
+    for name in {"psi", "x", "y"} & {*values}:  # they count from anywhere, in a solution from 0
+        if time == 0 and values[name][0]:
             values[name] = values[name] - values[name][0]
             exact -= {name}
-    values = turn_about_z(values, turn) if turn else values
     if texts is None:
         return ComparedRows(rows.t + time, values)
     cells = texts(["t", *exact])
@@ -392,28 +242,15 @@ def _compared_rows(rows: Rows, texts: Texts | None, time: float, turn: float) ->
     return ComparedRows(rows.t + time, values, exactly, exact_time)
 
 
-def turn_about_z(columns: Mapping[str, Array], angle: float) -> dict[str, Array]:
-    """Return the columns in axes that are turned by ``angle`` (rad) about z."""
-    turned, c, s = dict(columns), math.cos(angle), math.sin(angle)
-    for x, y in (("kx", "ky"), ("Lx", "Ly"), ("vx", "vy"), ("x", "y")):
-        if x in columns and y in columns:
-            turned[x] = c * columns[x] + s * columns[y]
-            turned[y] = c * columns[y] - s * columns[x]
-    if "phi" in columns:
-        turned["phi"] = columns["phi"] - angle
-    return turned
-
-
-def _require_coverage(
-    t: Array, measured: Distance, digits: float, end: float, spacing: float
-) -> None:
+def _require_coverage(measured: Distance, digits: float, end: float, spacing: float) -> None:
     """Require that every row was compared, and that no row is missing up to ``end`` (s).
 
-    Raises ``InputError``: it was not, or one is missing. Rows that are ``spacing`` (s) apart are
-    never too far apart; a row that would not fit before the end is not missing.
+    Raises ``InputError``: it was not, or one is missing: an interval is long beside the motion and
+    the scene's ``spacing`` (s), or more evenly spaced rows fit into the motion.
     """
-    if not measured.compared[1:].all():
-        missed = t[1:][~measured.compared[1:]]
+    t = measured.t
+    missed = t[1:][~measured.compared[1:]]
+    if len(missed):
         raise InputError(
             f"digits: {len(missed)} of {len(t) - 1} rows after the start could not be compared to "
             f"{digits:g} digits, first that at t = {missed[0]:.6g} s"
@@ -422,66 +259,30 @@ def _require_coverage(
     steps = numpy.diff(t)
     usual = float(numpy.sort(steps)[len(steps) // 2])
     even = (abs(steps - usual) <= EVEN * usual).mean() > 1 - SHARE
+    fitting = math.floor((end - t[0]) / usual + EVEN)
+    t = numpy.append(t, end)
+    steps = numpy.diff(t)
+    gap = int(numpy.flatnonzero(steps >= (1 - EVEN) * steps.max())[-1])
+    since, later = float(t[gap]), float(t[gap + 1])
     widest = max(SHARE * (end - t[0]), MISSING_ROW * spacing)
-    widest = min(widest, MISSING_ROW * usual) if even else widest
-    gap = int(numpy.argmax(steps))
-    since, until, allowed = float(t[gap]), float(t[gap + 1]), widest
-    if end - t[-1] > (usual * (1 - EVEN) if even else widest):
-        since, until, allowed = float(t[-1]), end, usual if even else widest
-    elif until - since <= widest:
-        return
-    remedy = f", or --until {since:.6g}" if since > 0 else ""
-    raise InputError(
-        f"digits: there is no row between t = {since:.6g} and {until:.6g} s, expected one every "
-        f"{allowed:.3g} s{remedy}"
-    )
+    if later - since > widest or (even and fitting >= len(steps)):
+        remedy = f", or --until {since:.6g}" if since > 0 else ""
+        raise InputError(
+            f"digits: there is no row between t = {since:.6g} and {later:.6g} s, expected one "
+            f"every {usual if even else widest:.3g} s{remedy}"
+        )
 
 
-def digits_over_time(measured: Distance, begin: float) -> str:
-    """Return digits over time, as in "6 digits until 1.2 s, none from 5 s", counted from ``begin``.
-
-    At most three numbers of digits are named; none that ends within 2 % of the motion, or less than
-    a fifth later than the one before.
-    """
+def _over_time(measured: Distance, begin: float) -> str:
+    """Return digits in words, as in "6 digits until 1.2 s, none from 5 s", from ``begin`` on."""
     rows = measured.compared & (measured.t > 0)
     t, worst = measured.t[rows] - begin, numpy.maximum.accumulate(measured.worst()[rows])
-    if not len(t):
-        return ""
-    spans: list[tuple[int, float]] = []
-    for digits in (12, 10, 8, 6, 4, 2, 1):
+    words: list[str] = []
+    for digits in (12, 6, 3, 1):
         good = int(numpy.searchsorted(worst, 10.0**-digits, side="right"))
-        until = float(t[good - 1]) if good else 0.0
-        if good == len(t) or until > max(0.02 * t[-1], 1.2 * spans[-1][1] if spans else 0.0):
-            spans.append((digits, until))
-        if good == len(t):
-            break
-    words = [
-        f"{digits} digit{'s' * (digits > 1)} "
-        + ("to the end" if until == t[-1] else f"until {until:.3g} s")
-        for digits, until in spans[:1] + spans[1:][-2:]
-    ]
-    if not spans or spans[-1][1] < t[-1]:
-        none = numpy.flatnonzero(worst > 0.1)
-        words.append(f"none from {t[none[0]]:.3g} s" if len(none) else "fewer then")
-    return ", ".join(words)
-
-
-def decides(check: Check) -> bool:
-    """Test that the rows agree with the solution to as many digits as decide."""
-    return check.verdict == "pass" and check.value is not None and check.value >= DECIDING
-
-
-def decide_alone(check: Check, written: float) -> Check:
-    """Return the check of a distance that has to decide without the equations.
-
-    It is open where the rounding of the file, a relative error ``written``, may be the difference.
-    """
-    if check.value is None or check.verdict != "pass":
-        return check
-    limit = max(DECIDING, check.limit or 0.0)
-    if check.value >= limit:
-        return replace(check, limit=limit)
-    if 10.0**-check.value <= 10.0**-limit + written:
-        note = f"the file has too few digits; {check.note}"
-        return replace(check, verdict="open", limit=limit, note=note)
-    return replace(check, verdict="fail", limit=limit)
+        if good == len(t) > 0:
+            return ", ".join([*words, f"{digits} digit{'s' * (digits > 1)} to the end"])
+        if good:
+            words.append(f"{digits} digit{'s' * (digits > 1)} until {t[good - 1]:.3g} s")
+    none = t[worst > 0.1]
+    return ", ".join([*words, f"none from {none[0]:.3g} s"] if len(none) else words)
