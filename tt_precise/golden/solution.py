@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy
-import pandas
 
 from tt_precise.golden.store import MANIFEST, Folder, Stored, locate, read_whole
 from tt_precise.golden.table import DIGITS, EXACTLY, as_decimal, correct_digits
@@ -31,6 +30,8 @@ from tt_precise.scene.numerals import as_fraction
 from tt_precise.scene.scene import Scene
 
 if TYPE_CHECKING:
+    import pandas
+
     from tt_precise.integration import Trajectory
 
 
@@ -365,6 +366,8 @@ def compare(frame: Any, scene: str | Path, *, folder: Folder = None) -> Comparis
     Raises ``InputError``: there are no golden data for the scene, no common column, or no time
     within them.
     """
+    import pandas  # a check of 801 rows needs none
+
     stored = read_whole(scene, folder)
     golden = stored.trajectory
     frame = pandas.DataFrame(frame.frame(numbers="text") if hasattr(frame, "frame") else frame)
