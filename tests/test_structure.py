@@ -169,7 +169,7 @@ TESTED_ELSEWHERE = {
     "_version.py": "test_package.py",
     "commands/golden.py": "golden/test_command.py",
     "commands/numerics.py": "test_tradeoff.py",  # and extremes/test_run.py
-    **dict.fromkeys(("report/solution.py", "report/style.py"), "report/test_sections.py"),
+    "report/style.py": "report/test_solution.py",  # by the figures
     **{str(file.relative_to(PACKAGE)): CHAPTERS
        for file in (PACKAGE / "claims").glob("*/section*.py")},
     "nonsmooth/phases.py": "nonsmooth/test_sticking.py",

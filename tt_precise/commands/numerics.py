@@ -11,7 +11,7 @@ import click
 from tt_precise import tradeoff
 from tt_precise.commands import options
 from tt_precise.extremes import TOPICS, cases, run_cases
-from tt_precise.extremes.edges import EdgeOutcome, explore, table
+from tt_precise.extremes.run import EdgeOutcome, explore, table
 from tt_precise.runtime import plotting
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.terminal import progress_bar

@@ -1,7 +1,7 @@
 """Tests of numerical stability at the extremes of parameters, starts and times.
 
-``cases`` has the table of cases, ``judges`` their expectations, ``run`` runs them in processes;
-``edges`` varies any scene.
+``cases`` has the table of cases, ``judges`` their expectations, ``run`` runs them in processes,
+and any scene at its edges.
 """
 
 from tt_precise.extremes.cases import TOPICS, cases

@@ -16,9 +16,9 @@ from msgspec import convert
 from tt_precise.claims.claim import calls_for, in_order, judge
 from tt_precise.claims.committed import FILE, Committed, run_record
 from tt_precise.claims.paper import CITATION
-from tt_precise.report import golden, measured, overview, render, sections
+from tt_precise.report import golden, measured, overview, render, solution, starts
 from tt_precise.report.document import Report, Section
-from tt_precise.report.precision import SCENE, precisions
+from tt_precise.report.solution import SCENE, precisions
 from tt_precise.runtime.files import write_together
 from tt_precise.runtime.records import UNSET, Record, Unset, encode, load, means
 from tt_precise.runtime.terminal import Progress, silent
@@ -32,10 +32,10 @@ Entries = dict[str, Json]
 WORKERS = 2
 # The sections by key, in order. Sections that share runs have a group, and so share a process.
 SECTIONS: dict[str, tuple[Callable[[], Section], str]] = {
-    "figures": (sections.reference, "runs"),
-    "conservation": (sections.conservation, "precisions"),
-    "starts": (sections.other_starts, ""),
-    "thresholds": (sections.threshold_values, "runs"),
+    "figures": (solution.reference, "runs"),
+    "conservation": (solution.conservation, "precisions"),
+    "starts": (starts.other_starts, ""),
+    "thresholds": (starts.threshold_values, "runs"),
     "golden": (golden.golden_section, ""),
     "proofs": (golden.proof_section, ""),
     "tradeoff": (measured.tradeoff, ""),

@@ -139,6 +139,11 @@ class Section:
         made = (_block(paragraph, blocks, numbers) for paragraph in paragraphs)
         return cls(key, title, [block for block in made if block is not None], results)
 
+    @classmethod
+    def of_figures(cls, key: str, *figures: Figure) -> Section:
+        """Return the section of this key, which has figures alone."""
+        return cls.of(key, {figure.name: figure for figure in figures}, {})
+
 
 @dataclass(frozen=True)
 class Card:

@@ -15,8 +15,8 @@ from tt_precise.claims.verdicts import RULES
 from tt_precise.claims.words import fill
 from tt_precise.golden import load
 from tt_precise.report.document import Card, ClaimList, Overview, Section, table, words
-from tt_precise.report.precision import precision_runs
 from tt_precise.report.prose import full, short
+from tt_precise.report.solution import precision_runs
 from tt_precise.runtime import player
 from tt_precise.runtime.values import Json
 from tt_precise.scene.scene import load_scene

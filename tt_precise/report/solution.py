@@ -1,8 +1,14 @@
-"""Figures 2 to 8 of the paper, redrawn from runs with every extremum; lambda in every precision."""
+"""The reference solution: figures 2 to 8 of the paper redrawn, and lambda in every precision.
+
+The figures are drawn from runs with every extremum.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy
@@ -11,9 +17,12 @@ from tt_precise.claims.evidence.motions import minima
 from tt_precise.claims.evidence.run import REFERENCE, Run, SceneLike
 from tt_precise.claims.paper import LAMBDA_KEPT
 from tt_precise.claims.rauch_rutstam.section23_curve import PRINTED
+from tt_precise.integration import Trajectory, integrate
+from tt_precise.integration.columns import VECTOR_COLUMNS
+from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report import style
-from tt_precise.report.precision import precision_runs
+from tt_precise.report.document import Block, PageTable, Section
 from tt_precise.report.prose import short
 from tt_precise.report.style import (
     BLACK,
@@ -28,12 +37,13 @@ from tt_precise.report.style import (
     figure,
 )
 from tt_precise.runtime.plotting import SYMBOLS
-from tt_precise.runtime.values import Array
+from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.scene import load_scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+SCENE = "reference"
 EVERY = 0.004  # Spacing in s between the extrema; a nutation lasts 0.037 s.
 TIME = "$t$ (s)"
 MILLI = 1e3
@@ -261,22 +271,22 @@ def figure_7(axes: list[Axes]) -> Numbers:
     return {}
 
 
-SCENE = "phi-dot-195"
+PASSES_THE_POLE = "phi-dot-195"
 
 
 @figure("figure-8", [1.2, 1.2, 1.6, 1.2, 1.2])
 def figure_8(axes: list[Axes]) -> Numbers:
     """theta, theta_dot, phi_dot with psi_dot, nu_x with nu_y, and g_n."""
-    data = course("theta", "theta_dot", "nu_x", "nu_y", "g_n", scene=SCENE)
+    data = course("theta", "theta_dot", "nu_x", "nu_y", "g_n", scene=PASSES_THE_POLE)
     draw_tilt(axes[0], data)
     draw(axes[1], data, "theta_dot", unit="rad/s")
-    draw_precession(axes[2], course("phi_dot", "psi_dot", scene=SCENE), 300, 2)
+    draw_precession(axes[2], course("phi_dot", "psi_dot", scene=PASSES_THE_POLE), 300, 2)
     axes[2].set_yticks([-1e4, -1e3, -200, 0, 200, 1e3, 1e4],
                        ["−10⁴", "−10³", "−200", "0", "200", "10³", "10⁴"])  # fmt: skip
     draw(axes[3], data, "nu_x", "nu_y", unit="m/s")
     axes[3].legend(loc="upper right")
     draw(axes[4], data, "g_n", unit="N")
-    over_time(axes, SCENE)
+    over_time(axes, PASSES_THE_POLE)
     return {}
 
 
@@ -340,3 +350,86 @@ def jellett_drift(axes: list[Axes]) -> Numbers:
         label.set(ha="right", color=colour)
     panel.set(yscale="log", ylabel=r"$|\lambda(t)/\lambda(0)-1|$", xlim=(0, 8.0), xlabel=TIME)
     return {"drifts": ", ".join(worst)}
+
+
+# ---- precisions ----------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class PrecisionRun:
+    """The reference scene in one precision; the distance of its end from the finest run's."""
+
+    trajectory: Trajectory
+    state_error: Scalar | None
+
+    @property
+    def label(self) -> str:
+        """The name of the precision."""
+        return self.trajectory.precision.name
+
+    @cached_property
+    def drift(self) -> dict[str, Sequence[Scalar]]:
+        """Relative drift of the scene's conserved quantities, at each sample."""
+        return self.trajectory.drift_over_time()
+
+
+@cache
+def precision_runs() -> tuple[PrecisionRun, ...]:
+    """Integrate the reference scene in every precision but mp, the finest last."""
+    runs = [integrate(SCENE, name) for name in KINDS if name != "mp"]
+    finest = runs[-1]
+    errors = [*(state_distance(run, finest) for run in runs[:-1]), None]
+    return tuple(PrecisionRun(run, error) for run, error in zip(runs, errors, strict=True))
+
+
+def precisions() -> str:
+    """Return the precisions and their steps, in words."""
+    return ", ".join(f"{run.label} ({run.trajectory.steps} steps)" for run in precision_runs())
+
+
+def state_distance(run: Trajectory, reference: Trajectory) -> Scalar:
+    """Return the largest difference of the vector components at the end, dimensionless."""
+    context, units = reference.precision.context, reference.start.units
+    return max(
+        abs(context.mpf(run.state.values[name]) - reference.state.values[name])
+        / units.of_dimension(reference.run.columns.dimension(name))
+        for name in VECTOR_COLUMNS
+    )
+
+
+# ---- sections ------------------------------------------------------------------------------------
+
+
+def reference() -> Section:
+    """The reference solution in pictures."""
+    return Section.of_figures(
+        "figures", figure_2(), figure_3(), figure_4(), figure_5(), figure_6(), figure_7(),
+        figure_8(), deforming_potential(), axis_at_the_pole(),
+    )  # fmt: skip
+
+
+def conservation() -> Section:
+    """Drift of lambda and error of the state on the reference scene, in every precision."""
+    rows, results = [], {}
+    for run in precision_runs():
+        drift, error = run.drift["jellett"], run.state_error
+        steps = run.trajectory.steps
+        rows.append(
+            {
+                "precision": run.label,
+                "steps": str(steps),
+                "largest drift of lambda": short(max(drift)),
+                "error of the state at 8 s": "reference run" if error is None else short(error),
+            }
+        )
+        results[run.label] = {
+            "steps": steps,
+            "jellett_drift": short(max(drift), 3),
+            "jellett_drift_at_end": short(drift[-1], 3),
+            "state_error": None if error is None else short(error, 3),
+        }
+    blocks: dict[str, Block] = {
+        "jellett-drift": jellett_drift(),
+        "runs": PageTable.of(rows),
+    }
+    return Section.of("conservation", blocks, results, samples=len(drift))

@@ -1,4 +1,4 @@
-"""Figures of many starts: times of the climb, and maps of outcomes about the reference start."""
+"""Other starts: times of the climb, maps of outcomes about the reference start, thresholds."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ import numpy
 import pandas
 
 from tt_precise.claims.evidence import sweeps
+from tt_precise.exact.thresholds import thresholds
 from tt_precise.mechanics.thresholds import lambda_thres
 from tt_precise.report import style
+from tt_precise.report.document import Block, PageTable, Section
+from tt_precise.report.prose import full
 from tt_precise.report.style import Numbers, figure
 from tt_precise.runtime.cache import cached_table
 from tt_precise.runtime.plotting import SYMBOLS
@@ -30,6 +33,8 @@ UNTIL = "20"  # Horizon of the maps in s.
 COUNT = 41  # Values along each side of a map.
 RECORD = ("climb_A", "lambda_ratio", "end_theta")
 FILE = "sweeps-maps.csv.gz"
+DIGITS = 50  # Digits to which thresholds are computed.
+SHOWN = 20  # Digits of a threshold on the page.
 VERSION = 2  # Version of everything here that the definition does not contain.
 DEFINITIONS = {"A": (style.BLUE, "-"), "B": (style.ORANGE, "--"), "C": (style.GREEN, ":")}
 
@@ -224,3 +229,35 @@ def _counts(rows: pandas.DataFrame) -> str:
     counts = rows["outcome"].value_counts()
     listed = ", ".join(f"{count} {OUTCOMES[str(name)]}" for name, count in counts.items())
     return f"{len(rows)} starts ({listed})"
+
+
+# ---- sections ------------------------------------------------------------------------------------
+
+
+def other_starts() -> Section:
+    """Other starts: sweeps of section 2.2, and two maps."""
+    return Section.of_figures(
+        "starts", times_by_precession(), times_by_inclination(), map_of_friction_and_spin(),
+        map_of_precession_and_spin(),
+    )  # fmt: skip
+
+
+def threshold_values() -> Section:
+    """lambda, lambda_thres, lambda_up and the asymptotic values of the reference scene."""
+    computed = thresholds(load_scene("reference"), DIGITS)
+    values = [
+        {
+            "quantity": name,
+            "value": "-" if quantity.value is None else full(quantity.value, SHOWN),
+            "unit": quantity.unit,
+            "digits agreed": str(quantity.digits_agreed),
+        }
+        for name, quantity in computed.quantities.items()
+    ]
+    how = [{"quantity": name, "how": each.how} for name, each in computed.quantities.items()]
+    blocks: dict[str, Block] = {
+        "map-inclination-lambda": map_of_inclination_and_lambda(),
+        "values": PageTable.of(values),
+        "how": PageTable.of(how, folded=True),
+    }
+    return Section.of("thresholds", blocks, computed.as_dict(), digits=DIGITS)
