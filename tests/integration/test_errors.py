@@ -1,16 +1,19 @@
-"""Errors that are stated, against the truth."""
+"""Errors that are stated, against the truth, and digits that are requested."""
 
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy
 import pytest
 
+import tt_precise as tt
 from tests.integration.conftest import against, changed
-from tt_precise import golden
-from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.errors import floats
-from tt_precise.scene.scene import Scene, load_scene
+from tt_precise.integration import Trajectory, errors, integrate
+from tt_precise.integration.columns import digits_over_rows
+from tt_precise.integration.precision import KINDS
+from tt_precise.runtime.values import InputError
+from tt_precise.scene.scene import Scene, load_scene, shipped
 
 EVENTS = ("theta_min", "phi_dot_zero", "extremum:g_n")
 COLUMNS = ("kx", "theta", "phi_dot", "nu_x", "g_n", "E", "xi", "tau_y", "psi_dot")
@@ -18,7 +21,7 @@ COLUMNS = ("kx", "theta", "phi_dot", "nu_x", "g_n", "E", "xi", "tau_y", "psi_dot
 
 def assert_errors(stated: Any, true: Any) -> None:
     """The estimates are the errors, but for those of the finer run, thirty times less."""
-    stated, true = floats(stated), abs(floats(true))
+    stated, true = stated.to_numpy(), abs(numpy.array(true, dtype=float))
     assert true.max() > 1e-13
     assert (abs(stated - true) < 0.1 * true.max()).all()
 
@@ -44,9 +47,10 @@ def test_an_end_of_its_own_has_an_error_too(rough: Scene) -> None:
     error = abs(truth.precision.context.mpf(lost.t_end) - truth.t_end)
     assert lost.error_estimate["t_end"] == pytest.approx(float(error), abs=2e-16)
     # each run has an end of its own, and its errors are those between the ends
-    last = lost.frame("error:kx", "error:vy").iloc[-1]
+    last = lost.frame("error:kx", "error:vy", "error:E").iloc[-1].to_dict()
+    assert 0 < last.pop("error:E") < 1e-15
     ends = {"t": lost.t_end} | {f"error:{n}": lost.error_estimate[n] for n in ("kx", "vy")}
-    assert last.to_dict() == ends
+    assert last == ends
     coarse = integrate(rough, tolerance=1e-9)
     coarse.errors.at_end["t_end"] = coarse.t_end / 100
     assert coarse.digits_throughout == pytest.approx(2)
@@ -64,8 +68,8 @@ def test_two_arithmetics_that_end_differently_leave_no_digits(rough: Scene) -> N
     ends = [Fraction(str(integrate(rough, tolerance=size).t_end)) for size in (1e-7, 0.0)]
     torn = integrate(rough.varied(until=sum(ends) / 2), tolerance=1e-7)
     assert {torn.status, torn.errors.reference.status} == {"complete", "contact_lost"}
-    assert torn.digits == torn.digits_throughout == 0
-    assert torn.error_estimate["theta"] == float("inf")
+    assert torn.digits == torn.digits_throughout == torn.frame("digits")["digits"].iloc[-1] == 0
+    assert torn.error_estimate["theta"] == torn.frame("error:E")["error:E"].iloc[-1] == numpy.inf
 
 
 @pytest.mark.parametrize("formulation", ["newton", "euler"])
@@ -91,6 +95,9 @@ def test_errors_all_along_are_those_beside_the_truth(
         assert float(worst) == pytest.approx(table[name].max(), rel=0.05), name
 
 
+# ---- events -------------------------------------------------------------------------------------
+
+
 @pytest.fixture(scope="module")
 def true_run(short: Scene) -> Trajectory:
     return integrate(short, "double-double", events=EVENTS)
@@ -101,22 +108,16 @@ def rough_run(short: Scene) -> Trajectory:
     return integrate(short, events=EVENTS, tolerance=1e-7)
 
 
-@pytest.mark.parametrize("name", EVENTS)
-def test_an_estimate_is_the_error_of_an_event(
-    rough_run: Trajectory, true_run: Trajectory, name: str
-) -> None:
-    found, true = (run.event_frame("error:t") for run in (rough_run, true_run))
-    rows = (found["name"] == name) & (true["name"] == name)
-    assert_errors(found["error:t"][rows], (found["t"] - true["t"])[rows])
-
-
-@pytest.mark.parametrize("name", ["g_n", "phi_dot", "E"])
-def test_an_estimate_is_the_error_of_a_value_at_an_event(
-    rough_run: Trajectory, true_run: Trajectory, name: str
-) -> None:
-    found, true = (run.event_frame(name, f"error:{name}") for run in (rough_run, true_run))
-    assert list(found["name"]) == list(true["name"])
-    assert_errors(found[f"error:{name}"], found[name] - true[name])
+def test_an_estimate_is_the_error_at_an_event(rough_run: Trajectory, true_run: Trajectory) -> None:
+    names = ("g_n", "phi_dot", "E")
+    columns = ("error:t", *names, *(f"error:{name}" for name in names))
+    events, true = (run.event_frame(*columns) for run in (rough_run, true_run))
+    assert list(events["name"]) == list(true["name"])
+    for name in EVENTS:
+        rows = events["name"] == name
+        assert_errors(events["error:t"][rows], (events["t"] - true["t"])[rows])
+    for name in names:
+        assert_errors(events[f"error:{name}"], events[name] - true[name])
 
 
 @pytest.mark.parametrize(
@@ -128,20 +129,19 @@ def test_another_top_has_its_events_later(short: Scene, precision: str, toleranc
         integrate(scene.varied(until="0.05"), precision, events=EVENTS, tolerance=size)
         for scene, size in ((short, tolerance), (changed(short, mu="1e-7"), 0.0))
     )
-    found = against(run, other).events()
-    apart = abs(floats(run.events["t"]) - floats(other.events["t"]))
+    apart = abs((run.events["t"] - other.events["t"]).astype(float).to_numpy())
     assert apart.max() > 1e-12
-    assert found["error"] == pytest.approx(apart, rel=1e-3, abs=1e-15)
+    assert against(run, other).events()["t"] == pytest.approx(apart, rel=1e-3, abs=1e-15)
 
 
 def test_an_event_at_the_very_end_is_looked_at_from_before(short: Scene) -> None:
     """Three points around the event do not fit before the end."""
-    both, events = (short, changed(short, mu="1e-6")), ("phi_dot_zero",)
-    first = [integrate(scene, events=events).events["t"][0] for scene in both]
+    both, names = (short, changed(short, mu="1e-6")), ("phi_dot_zero",)
+    first = [integrate(scene, events=names).events["t"][0] for scene in both]
     late = Fraction(max(first)) + Fraction(1, 10**9)
-    run, other = (integrate(scene.varied(until=late), events=events) for scene in both)
-    found = against(run, other).events()
-    assert found["error"] == pytest.approx([abs(first[1] - first[0])], rel=1e-3)
+    run, other = (integrate(scene.varied(until=late), events=names) for scene in both)
+    expected = [abs(first[1] - first[0])]
+    assert against(run, other).events()["t"] == pytest.approx(expected, rel=1e-3)
 
 
 def test_digits_hold_in_events_too(rough_run: Trajectory, reference: Scene) -> None:
@@ -156,23 +156,134 @@ def test_digits_hold_in_events_too(rough_run: Trajectory, reference: Scene) -> N
 
 
 def test_a_reference_that_ends_before_leaves_no_digits(rough_run: Trajectory, short: Scene) -> None:
-    early = integrate(short.varied(until="0.05"))
-    errors = against(rough_run, early)
-    found, table = errors.events(("theta",)), errors.over_time(("theta",))
-    assert 0 < (found["t"] > 0.05).sum() < len(found["t"])
-    for rows, names in ((found, ("theta", "error")), (table, ("theta",))):
-        beyond = rows["t"] > 0.05
-        assert ((rows["digits"] == 0) == beyond).all()
-        for name in names:
-            assert (numpy.isinf(rows[name]) == beyond).all()
+    distances = against(rough_run, integrate(short.varied(until="0.05")))
+    for table, times in (
+        (distances.events(("theta",)), rough_run.events["t"]),
+        (distances.over_time(("theta",)), rough_run.frame()["t"]),
+    ):
+        beyond = times.to_numpy() > 0.05
+        assert 0 < beyond.sum() < len(beyond)
+        for name, lost in (("digits", 0), ("theta", numpy.inf), ("t", numpy.inf)):
+            assert ((table[name] == lost) == beyond).all()
 
 
 @pytest.mark.parametrize("name", ["elastic-linear", "coulomb-stick-slip"])
 def test_every_event_of_several_pieces_has_its_error(name: str) -> None:
-    run, true = integrate(name, tolerance=1e-7), golden.load(name).events
+    run, true = integrate(name, tolerance=1e-7), tt.golden.load(name).events
     wanted = (*run.scene.events, "stick", "slip", "separation", "landing")
     true = true[true["name"].isin(wanted)]
-    found = run.event_frame("error:t", "digits")
-    assert list(found["name"]) == list(true["name"])
-    assert_errors(found["error:t"], found["t"].to_numpy() - floats(true["t"]))
-    assert (found["digits"] > 4).all()
+    events = run.event_frame("error:t", "digits")
+    assert list(events["name"]) == list(true["name"])
+    assert_errors(events["error:t"], events["t"] - true["t"].astype(float).to_numpy())
+    assert (events["digits"] > 4).all()
+
+
+# ---- digits -------------------------------------------------------------------------------------
+
+
+def levels(digits: int, lost: float = 1.0, most: float = 1e9) -> list[errors.Level]:
+    """The levels that are tried, by runs that lose ``lost`` digits, and have ``most`` at most."""
+    tried: list[errors.Level] = []
+
+    def run(level: errors.Level) -> Any:
+        tried.append(level)
+        reached = min(level.digits - lost, most)
+        return SimpleNamespace(status="complete", t_end=8.0, digits_throughout=reached)
+
+    scene = load_scene("reference")
+    if most < digits:
+        with pytest.raises(InputError, match=f"digits: got {digits}, but reference has {most}"):
+            errors.integrate_to_digits(digits, scene, run)
+    else:
+        errors.integrate_to_digits(digits, scene, run)
+    return tried
+
+
+def test_levels_of_the_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first that mostly suffices; then what the estimate lacks is added."""
+    monkeypatch.setattr(errors, "errors_of", lambda run: run)
+    first, second, third, *_ = errors.LADDER
+    assert all(levels(n)[0].digits >= n + errors.LOSS for n in range(1, 60))
+    assert [levels(n)[0].precision for n in (34, 60)] == ["triple-double", "mp"]
+    enough = 10 - 8 - 0.1  # the first level has 10
+    for digits, lost, expected in (
+        (6, 1.0, [first]), (8, 2.5, [first, second]), (8, 6.0, [first, third]),
+        (8, enough - 0.01, [first]), (8, enough + 0.01, [first, second]),
+    ):  # fmt: skip
+        assert levels(digits, lost=lost) == expected
+    hopeless = [level.precision for level in levels(9, most=0.0)]
+    assert hopeless.count("mp") == 1  # a second cannot help
+
+
+@pytest.mark.parametrize(
+    ("digits", "more", "message"),
+    [
+        *((digits, {}, "") for digits in (0, -3, 2.5, "12", True, float("nan"))),
+        (8, {"tolerance": 1e-3}, "a tolerance too"),
+        (8, {"precision": "quad"}, "a precision too"),
+        (8, {"bits": 200}, "a bits too"),
+    ],
+)
+def test_digits_that_are_refused(digits: Any, more: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=f"digits: got {message}"):
+        integrate("reference", digits=digits, **more)
+
+
+@pytest.mark.parametrize(
+    ("digits", "expected"),
+    [(3, "double"), (12, "double-double"), (40, "triple-double"), (50, "mp")],
+)
+def test_digits_are_delivered(short: Scene, truth: Trajectory, digits: int, expected: str) -> None:
+    run = integrate(short, digits=numpy.int64(digits))  # type: ignore[arg-type]
+    assert run.precision.name == expected
+    assert against(run, truth).over_time()["digits"].min() >= digits
+    assert run.digits_throughout >= digits
+
+
+def test_a_hopeless_start_is_refused(reference: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, kind in KINDS.items():
+        monkeypatch.setitem(KINDS, name, kind._replace(steps=5))
+    with pytest.raises(InputError, match=r"digits: got 10, but reference has 0.* \(failed"):
+        integrate(reference.varied(mu="1e300"), digits=10)
+
+
+def right_digits(run: Trajectory) -> float:
+    """Digits of the worst entry, at the worst golden time, that golden data confirm."""
+    golden, mpf = tt.golden.load(run.scene.name, "text"), run.precision.context.mpf
+    assert golden.manifest["status"] == run.status
+    names = [column for column in run.state.values if column in golden.columns]
+    golden = golden[[mpf(t) < mpf(run.t_end) for t in golden["t"]]]
+    rows, true = run.frame(*names, times=golden["t"], numbers="exact")[names], golden[names]
+    assert (rows.isna().to_numpy() <= (true == "").to_numpy()).all()
+    numbers = rows.astype(object).fillna(mpf("nan")).to_numpy()
+    apart = abs((numbers - true.map(lambda text: mpf(text or "nan")).to_numpy()).astype(float))
+    columns, distances = (
+        dict(zip(names, x.astype(float).T, strict=True)) for x in (numbers, apart)
+    )
+    return float(digits_over_rows(columns, distances, run.start, run.precision.bits).min())
+
+
+def test_a_flight_that_ends_on_the_table_has_digits() -> None:
+    """The height there is zero: its error counts beside the unit of length."""
+    run = integrate("coulomb-flight", digits=9)
+    assert (run.status, run.precision.name) == ("landed", "double")
+    assert run.digits_throughout >= 9
+    assert right_digits(run) >= 9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("digits", [4, 6, 9, 12, 15, 20, 25, 30])
+@pytest.mark.parametrize("name", shipped())
+def test_every_scene_delivers(name: str, digits: int) -> None:
+    run = integrate(name, digits=digits)
+    assert run.digits_throughout >= digits
+    assert right_digits(run) >= digits
+
+
+def test_a_plane_motion_through_the_pole_has_digits() -> None:
+    """The direction of the tilt is uncertain at the pole, and theta_dot too."""
+    scene = load_scene("reference").varied(
+        alpha="0.3969", I1="0.1435", I3="0.2316", g="9.8", mu="0", theta="0.02872264",
+        theta_dot="-10.3735", omega_3="0", nu_x="0.0771", until="0.090351",
+    )  # fmt: skip
+    assert integrate(scene, digits=9, events="all").digits_throughout >= 9

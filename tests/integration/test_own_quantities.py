@@ -82,7 +82,11 @@ def test_what_is_neither_a_name_nor_a_function(asked: Any) -> None:
 
 def test_other_columns_and_units_are_refused(half: Scene) -> None:
     wrong: list[tuple[Any, dict[str, Any], str]] = [
-        (tt.quantity(lambda q: q.omega, "rad/s", name="omega"), {}, "got a tuple from omega"),
+        (
+            tt.quantity(lambda q: q.omega, "rad/s", name="omega"),
+            {},
+            "got values of omega that are vectors",
+        ),
         (named("sine", lambda q: numpy.sin(q.state.kx)), {"digits": 20}, "sine: got TypeError"),
     ]
     for column, chosen, message in wrong:

@@ -11,23 +11,14 @@ from typing import Any
 import numpy
 
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
-from tt_precise.integration.precision import Precision
+from tt_precise.integration.precision import DOUBLES, Precision, functions_of
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.parameters import RATE, SPEED, Dimension
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, Pose, Quantity, described, pose
 from tt_precise.mechanics.vectors import horizontal_length
-from tt_precise.runtime.values import (
-    Array,
-    Functions,
-    InputError,
-    Json,
-    Scalar,
-    distinct,
-    listed,
-    wrong_name,
-)
+from tt_precise.runtime.values import Array, InputError, Json, Scalar, distinct, listed, wrong_name
 from tt_precise.scene.scene import InitialState
 
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
@@ -75,18 +66,14 @@ class State:
     def _repr_html_(self) -> str:
         from tt_precise.runtime.files import as_html
 
-        rows = [(name, text, "s" if name == "t" else unit_of(name)) for name, text in self._lines]
-        return as_html("State (SI)", rows)
+        return as_html("State (SI)", [(name, text, unit_of(name)) for name, text in self._lines])
 
     def __getattr__(self, name: str) -> Scalar:
-        try:
-            # through __dict__, which is empty during copying
-            return self.__dict__["values"][name]
-        except KeyError:
-            components = self.__dict__.get("values", ())
-            also = '; frame("g_n", times=[3]) has quantities'
-            text = str(wrong_name("state", name, components, also))
-            raise AttributeError(text, name=name, obj=self) from None
+        values = self.__dict__.get("values", {})  # there are none during copying
+        if name in values:
+            return values[name]
+        text = wrong_name("state", name, values, '; frame("g_n", times=[3]) has quantities')
+        raise AttributeError(str(text), name=name, obj=self)
 
     def __str__(self) -> str:
         return "\n".join(f"{name:>9} {text}" for name, text in self._lines)
@@ -99,6 +86,11 @@ class State:
     def as_text(self) -> dict[str, Json]:
         """Every value in decimals, enough to recover the working precision."""
         return {name: self.precision.text(value) for name, value in self.values.items()}
+
+
+def shown(name: Name) -> str:
+    """The name of a column as users read it."""
+    return str(getattr(name, "name", name))
 
 
 def unit_of(name: str) -> str:
@@ -150,56 +142,45 @@ class Columns:
         return self.layout.motion(self.start.body, row, self.precision.context)
 
     def of_arrays(
-        self,
-        names: Sequence[Name],
-        components: tuple[Array, ...],
-        number: Callable[[Scalar], Scalar] = float,
-        fn: Functions = None,
+        self, names: Sequence[Name], row: Sequence[Array], numbers: Any = DOUBLES
     ) -> dict[Any, Array]:
-        """An array for each column, from an array for each entry; NaN where undefined.
+        """An array for each column (SI), from an array for each entry; NaN where undefined.
 
-        ``number`` converts numbers with guard bits to the type of the arrays: ``float``,
-        ``long_double``, or that of ``mpfr``. ``fn`` has the functions of the arrays, by default
-        NumPy's.
+        ``numbers`` is the arithmetic of the arrays.
         """
-        q, columns = self.array_motion(components, number, fn), {}
-        recorded = dict(zip(self.record, components[len(self.form.columns) :], strict=True))
-        recorded = {name: value * QUADRATURE_SCALE for name, value in recorded.items()}
-        pose = cache(lambda: pose_of(q, recorded))
+        q, columns = self.array_motion(row, numbers), dict[Any, Array]()
+        recorded = zip(self.record, row[len(self.form.columns) :], strict=True)
+        quadratures = {name: values * QUADRATURE_SCALE for name, values in recorded}
+        pose = cache(lambda: pose_of(q, quadratures))
         with numpy.errstate(all="ignore"):
             for name in names:
                 if isinstance(name, Quantity):
-                    last = self.array_motion(tuple(c[-1:] for c in components), number, fn)
-                    values = _of_user(name, q, last)
-                elif name in recorded:
-                    values = recorded[name]
-                elif name in self.further:
+                    values = _of_user(name, q, self.array_motion([x[-1:] for x in row], numbers))
+                elif name in quadratures:
+                    values = quadratures[name]
+                elif name in self.further or name in VECTOR_COLUMNS:
                     values = getattr(q.state, name, 0 * q.state.kz)
-                elif name in VECTOR_COLUMNS:
-                    values = getattr(q.state, name)
                 elif name in POSE_NAMES:
                     values = getattr(pose(), name)
                 else:
                     values = QUANTITIES[name].evaluate(q)
-                values = values * self._factor(self.dimension(name), number)
+                values = values * self._unit(self.dimension(name), numbers)
                 if not hasattr(values, "__len__"):
-                    values = values * numpy.ones(len(components[0]))  # one number for all rows
+                    values = values * numpy.ones(len(row[0]))  # one number for all rows
                 columns[name] = values
         return columns
 
-    def _factor(self, dimension: Dimension, number: Callable[[Scalar], Scalar]) -> Scalar:
-        start = self.start
-        return start.once((dimension, number), lambda: number(start.units.of_dimension(dimension)))
+    def _unit(self, dimension: Dimension, numbers: Any) -> Scalar:
+        units = self.start.units
+        return self.start.once(
+            (dimension, numbers), lambda: numbers.number(units.of_dimension(dimension))
+        )
 
-    def array_motion(
-        self,
-        components: tuple[Scalar, ...],
-        number: Callable[[Scalar], Scalar],
-        fn: Functions = None,
-    ) -> Motion:
-        """The ``Motion`` of rows, given as an array for each entry, or of one row of numbers."""
-        body = self.start.once(("body", number), lambda: self.start.body.numbers(number))
-        return self.layout.motion(body, components, fn or numpy)
+    def array_motion(self, row: Sequence[Array], numbers: Any) -> Motion:
+        """The ``Motion`` of rows, given as an array for each entry, in an arithmetic of arrays."""
+        start = self.start
+        body = start.once(("body", numbers), lambda: start.body.numbers(numbers.number))
+        return self.layout.motion(body, row, functions_of(numbers))
 
 
 def quantity(
@@ -230,25 +211,21 @@ def quantity(
 def _of_user(own: Quantity, q: Motion, last: Motion) -> Scalar:
     """The values of a user's quantity.
 
-    Raises ``InputError``: they are no numbers, or combine several times, as ``numpy.linalg.norm``
-    of a vector does: the value in the ``last`` row alone is another.
+    Raises ``InputError``: they are vectors, or combine several times, as ``numpy.linalg.norm`` of a
+    vector does: the value in the ``last`` row alone is another.
     """
     values, single = own.evaluate(q), own.evaluate(last)
-    if isinstance(values, (tuple, list, str, complex)) or values is None or callable(values):
-        raise InputError(
-            f"column: got a {type(values).__name__} from {own.name}, expected one number, such as "
-            "a component: motion.omega[2]"
-        )
-    rows, alone = numpy.ravel(values), numpy.ravel(single)
-    largest = COMBINED * numpy.fmax.reduce(abs(rows), initial=0)
-    mixed = len(alone) != 1 or abs(rows[-1] - alone[0]) > largest
-    if mixed or (rows[-1] != rows[-1] and alone[0] == alone[0]):
-        raise InputError(
-            f"column: got values of {own.name} that combine several times, expected a function "
-            "of the numbers at one time: vectors are tuples of components, so write "
-            "motion.fn.sqrt(x*x + y*y + z*z) in the place of numpy.linalg.norm"
-        )
-    return values
+    if not isinstance(values, (tuple, list)):
+        rows, alone = numpy.ravel(values), numpy.ravel(single)
+        apart, largest = abs(rows[-1] - alone[0]), numpy.fmax.reduce(abs(rows), initial=0)
+        equal = rows[-1] == alone[0] or apart <= COMBINED * largest or alone[0] != alone[0]
+        if len(alone) == 1 and equal:
+            return values
+    raise InputError(
+        f"column: got values of {own.name} that are vectors or combine several times, expected a "
+        "function of the numbers at one time: vectors are tuples, so write motion.omega[2], and "
+        "motion.fn.sqrt(x*x + y*y + z*z) in the place of numpy.linalg.norm"
+    )
 
 
 def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
@@ -269,6 +246,14 @@ def expanded(names: Iterable[Any]) -> tuple[Name, ...]:
     return distinct("column", columns)
 
 
+def vertical() -> InputError:
+    """The error of a pose at a pole."""
+    return InputError(
+        "pose: got an axis that is exactly vertical at some time, where phi and psi are "
+        "undefined; expected another scene"
+    )
+
+
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
     """The pose of a motion with ``recorded`` phi, psi, x and y; for one row or arrays.
 
@@ -287,10 +272,7 @@ def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
     azimuth = fn.atan2(q.state.ky, q.state.kx)
     azimuth = azimuth + 2 * pi * nearest((phi - azimuth) / (2 * pi))
     if bool((numpy.abs(numpy.asarray(phi - azimuth, dtype=float)) > MOST_MISSED).any()):
-        raise InputError(
-            "pose: got an axis that is exactly vertical at some time, where phi and psi are "
-            "undefined; expected another scene"
-        )
+        raise vertical()
     length = horizontal_length(fn, q.state.kx, q.state.ky)
     return pose(q, length, azimuth, recorded["psi"], recorded["x"], recorded["y"])
 

@@ -9,46 +9,37 @@ Newton's method gives the zero of an event's function in it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import cache, cached_property
-from types import SimpleNamespace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import POSE_NAMES, Name, digits_of_time, digits_over_rows
+from tt_precise.integration.columns import POSE_NAMES, Name, digits_of_time, digits_over_rows, shown
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import ARRIVED, Event
-from tt_precise.integration.precision import (
-    DOUBLES,
-    LONG_DOUBLES,
-    functions_of,
-    precision_named,
-    times_in,
-)
+from tt_precise.integration.precision import LONG_DOUBLES, functions_of, precision_named, times_in
 from tt_precise.integration.reading import (
     Numbers,
-    columns_in,
+    at_times,
     drift_columns,
     event_columns,
-    floats,
     is_drift,
     rounding_of,
-    seconds_of,
     states_at,
     table,
 )
 from tt_precise.integration.setup import full_tolerance, refused_in_doubles
-from tt_precise.integration.solution import Segment, Solution
+from tt_precise.integration.solution import TIME_TOLERANCE, Segment, Solution
 from tt_precise.mechanics.quantities import UNITLESS, Quantity
-from tt_precise.runtime.values import Array, Functions, InputError
+from tt_precise.runtime.values import Array, InputError, whole_number
 from tt_precise.scene.numerals import as_fraction, shortest_texts
+from tt_precise.scene.scene import Scene
 from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.series import TaylorSeries
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
-TIME = "error"  # The column of the errors of events' times.
 RATIO = 30  # Tolerance of a run over that of its finer run, whose own error is then 3 % of it.
 # Tolerance, in eps of double, from which truncation outweighs the roundings of double: a run with
 # full tolerance in the same arithmetic shows the errors.
@@ -75,61 +66,66 @@ def errors_of(run: Solution) -> Errors:
     return run.once(Errors, lambda: Errors(run))
 
 
+# ---- columns ------------------------------------------------------------------------------------
+
+
 def table_with_errors(
     run: Solution,
     names: Sequence[Name],
     times: Sequence[Fraction] | Array | None,
     numbers: Numbers,
-) -> dict[Any, Array]:
-    """Return ``reading.table`` with columns of estimated errors and of drifts, at the samples.
+) -> dict[str, Array]:
+    """Return ``reading.table`` by shown names, with errors and drifts at the samples.
 
     Raises ``InputError``: there are times and such columns.
     """
-    estimates = _estimated(names)
-    drifts = [str(name) for name in names if is_drift(name)]
-    if not estimates and not drifts:
-        return table(run, names, times, numbers)
-    if times is not None:
+    plain, estimates = _estimated(names)
+    drifts = [str(name) for name in plain if is_drift(name)]
+    if times is not None and (drifts or estimates):
         raise InputError(
             "times: got times with estimated errors or drifts, which exist only at the "
             "samples, expected no times; choose the samples by sample_every of the scene"
         )
-    plain = [name for name in names if name not in estimates and name not in drifts]
-    columns = table(run, plain or ["theta"], None, numbers)
+    columns = table(run, [name for name in plain if name not in drifts], times, numbers)
     if drifts:
         columns |= drift_columns(run, drifts, numbers)
     if estimates:
-        errors = errors_of(run).over_time([x for x in estimates.values() if x != DIGITS])
-        text = numbers == "text"
-        columns |= {
-            n: shortest_texts(errors[x]) if text else errors[x] for n, x in estimates.items()
-        }
-    return {name: columns[name] for name in ("t", *names)}
+        errors = errors_of(run).over_time(estimates.values())
+        columns |= {name: errors[of] for name, of in estimates.items()}
+        if numbers == "text":
+            columns |= {name: shortest_texts(columns[name]) for name in estimates}
+    return {shown(name): columns[name] for name in ("t", *names)}
 
 
-def _estimated(names: Sequence[Name]) -> dict[str, Name]:
-    """Return the columns of errors among ``names``, each with the column whose error it is."""
-    own = {name.name.removesuffix(UNITLESS): name for name in names if isinstance(name, Quantity)}
-    labels = [x for x in names if isinstance(x, str) and (x == DIGITS or x.startswith(ERROR))]
-    of = {label: label.removeprefix(ERROR) for label in labels}
-    return {name: own.get(column.removesuffix(UNITLESS), column) for name, column in of.items()}
-
-
-def events_with_errors(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
-    """Return ``reading.event_columns`` with columns of estimated errors, also of "error:t"."""
-    estimates = _estimated(names)
-    columns = event_columns(run, [name for name in names if name not in estimates])
+def events_with_errors(run: Solution, names: Sequence[Name]) -> dict[str, Array]:
+    """Return ``reading.event_columns`` by shown names, with errors, also of the time."""
+    plain, estimates = _estimated(names)
+    columns = event_columns(run, plain)
     if estimates:
-        errors = errors_of(run).events(tuple(set(estimates.values()) - {DIGITS, "t"}))
-        columns |= {name: errors[TIME if of == "t" else of] for name, of in estimates.items()}
-    return {name: columns[name] for name in ("name", "t", "direction", *names)}
+        errors = errors_of(run).events(estimates.values())
+        columns |= {name: errors[of] for name, of in estimates.items()}
+    return {shown(name): columns[name] for name in ("name", "t", "direction", *names)}
+
+
+def _estimated(names: Sequence[Name]) -> tuple[list[Name], dict[Name, Name]]:
+    """Separate columns of errors from others: each has the column whose error it is."""
+    own = {name.name.removesuffix(UNITLESS): name for name in names if isinstance(name, Quantity)}
+    estimates = dict[Name, Name]()
+    for name in names:
+        if isinstance(name, str) and (name == DIGITS or name.startswith(ERROR)):
+            column = name.removeprefix(ERROR)
+            estimates[name] = own.get(column.removesuffix(UNITLESS), column)
+    return [name for name in names if name not in estimates], estimates
+
+
+# ---- two runs at the same instants --------------------------------------------------------------
 
 
 class Pair(NamedTuple):
-    """States of a run and of its finer run at the same instants, each within a segment.
+    """States of a run and of its finer run at the same instants, or each at its own.
 
-    Components are arrays of one arithmetic, or of sums of doubles (instant, limb). The columns
-    ``cleared`` are zero behind the instant, so that their values are errors.
+    ``index`` are the rows of the table of errors, ``delay`` the difference of the instants
+    (dimensionless). Components are arrays of one arithmetic, or of sums of doubles (instant, limb).
     """
 
     index: Array
@@ -137,50 +133,36 @@ class Pair(NamedTuple):
     row: Sequence[Array]
     other: Segment
     better: Sequence[Array]
-    cleared: tuple[str, ...] = ()
+    delay: Array | float = 0.0
 
-    def errors(self, names: Sequence[Name], numbers: Any) -> dict[Any, Array]:
-        """Compute the errors of columns (SI), never below the rounding of a stored value.
+    def compare(
+        self, names: Sequence[Name], numbers: Any
+    ) -> tuple[dict[Any, Array], dict[Any, Array]]:
+        """Compute columns (SI) in double, and their errors.
 
         Under the same equations the exact differences of the states are propagated to first order;
-        otherwise, and for user-defined functions and poses, columns are compared.
+        otherwise, and for user-defined functions and poses, columns are compared. No error is below
+        the rounding of a stored value.
         """
         alike = self.segment.setup.layout == self.other.setup.layout
         plain = [n for n in names if alike and not (isinstance(n, Quantity) or n in POSE_NAMES)]
-        others, errors = [name for name in names if name not in plain], dict[Any, Array]()
-        bits = self.segment.setup.precision.bits
+        others = [name for name in names if name not in plain]
+        values, errors = dict[Any, Array](), dict[Any, Array]()
         with numpy.errstate(all="ignore"):
             if plain:
-                row = tuple(map(_deviating, self.row, self.better))
-                columns = self.segment.columns.of_arrays(plain, row, float, deviations())
-                for name, column in columns.items():
-                    value, error = numpy.real(column), abs(numpy.imag(column)) / SMALL
-                    error = error + rounding(value, bits)
-                    errors[name] = numpy.where(numpy.isfinite(value), error, math.nan)
+                row = list(map(_deviating, self.row, self.better))
+                columns = self.segment.columns.of_arrays(plain, row, Deviations)
+                values = {name: numpy.real(column) for name, column in columns.items()}
+                errors = {name: abs(numpy.imag(x)) / SMALL for name, x in columns.items()}
             if others:
                 mine, theirs = (
-                    columns_in(segment, others, [_summed(x, numbers) for x in row], numbers)
+                    segment.columns.of_arrays(others, [_summed(x, numbers) for x in row], numbers)
                     for segment, row in ((self.segment, self.row), (self.other, self.better))
                 )
-                for name in others:
-                    apart = abs((mine[name] - theirs[name]).astype(float))
-                    errors[name] = apart + rounding(mine[name].astype(float), bits)
-        return errors
-
-    def compare(
-        self, run: Solution, names: Sequence[Name], numbers: Any
-    ) -> tuple[dict[Any, Array], Array]:
-        """Return the errors of columns, and the digits of the state's worst component."""
-        state = run.columns.names
-        every = tuple(dict.fromkeys([*state, *names]))
-        errors = self.errors(every, numbers)
-        row = [x[:, 0] if x.ndim == 2 else x.astype(float) for x in self.row]
-        values = columns_in(self.segment, every if self.cleared else state, row, DOUBLES)
-        remain = {name: abs(values[name]) for name in every if name in self.cleared}
-        kept = {name: float(name not in self.cleared) for name in state}
-        own, own_errors = ({n: x[n] * kept[n] for n in state} for x in (values, errors))
-        errors |= {name: numpy.maximum(errors[name], size) for name, size in remain.items()}
-        return errors, digits_over_rows(own, own_errors, run.start, run.precision.bits)
+                values |= {name: mine[name].astype(float) for name in others}
+                errors |= {name: abs((mine[name] - theirs[name]).astype(float)) for name in others}
+            bits = self.segment.setup.precision.bits
+            return values, {name: x + rounding(values[name], bits) for name, x in errors.items()}
 
 
 def rounding(values: Array, bits: int) -> Array:
@@ -206,8 +188,30 @@ def _deviating(values: Array, better: Array) -> Array:
     return deviating
 
 
+class Deviations:
+    """Arithmetic of numbers with a small deviation, represented as complex numbers.
+
+    An analytic function of x + i d is f(x) + i d f'(x) up to d^2. ``abs`` and comparisons are not
+    analytic and must not be used.
+    """
+
+    number = float
+    cos, sin, sqrt, exp, log = numpy.cos, numpy.sin, numpy.sqrt, numpy.exp, numpy.log
+
+    @staticmethod
+    def atan2(y: Array, x: Array) -> Array:
+        """Angle of (x, y), its deviation without the cancellation that a logarithm would have."""
+        turned = (x.real * y.imag - y.real * x.imag) / (x.real * x.real + y.real * y.real)
+        return numpy.arctan2(y.real, x.real) + 1j * turned
+
+
 class Errors:
-    """The errors of a ``run``: its distances from a finer run, or from the solution ``other``."""
+    """The errors of a ``run``: its distances from a finer run, or from the solution ``other``.
+
+    Tables of errors are float64 columns: "t", the error of the instant (s), the errors of columns
+    (SI), and "digits", those of the state's worst component. Errors are infinite where the finer
+    run has no such instant.
+    """
 
     def __init__(self, run: Solution, other: Solution | None = None):
         self._run, self._other = run, other
@@ -228,18 +232,38 @@ class Errors:
         precisions = self._run.precision, self.reference.precision
         if self._run.precision.is_float and not any(x.kind.in_software for x in precisions):
             return LONG_DOUBLES
-        return max(self._run, self.reference, key=lambda run: run.precision.bits).precision.mpfr
+        return max(precisions, key=lambda precision: precision.bits).mpfr
+
+    def _table(
+        self, pairs: Iterable[Pair], count: int, names: Iterable[Name] = ()
+    ) -> dict[Any, Array]:
+        """Return the table of errors at ``count`` instants, of which ``pairs`` have the states."""
+        run, state = self._run, self._run.columns.names
+        every = [name for name in dict.fromkeys([*state, *names]) if name not in (DIGITS, "t")]
+        errors = {name: numpy.full(count, math.inf) for name in ("t", *every)}
+        errors[DIGITS] = numpy.zeros(count)
+        with rounding_of(self._numbers):
+            for pair in pairs:
+                values, own = pair.compare(every, self._numbers)
+                values, known = ({name: x[name] for name in state} for x in (values, own))
+                own["t"] = pair.delay * float(run.start.units.time)
+                own[DIGITS] = digits_over_rows(values, known, run.start, run.precision.bits)
+                for name, column in own.items():
+                    errors[name][pair.index] = column
+        return errors
 
     @cached_property
-    def _of_end(self) -> tuple[dict[Any, Array], float]:
-        """The errors of the state at the end, and its digits: none if the runs end differently."""
-        run, other, names = self._run, self.reference, self._run.columns.names
+    def _end(self) -> list[Pair]:
+        """The states of both runs at their ends; none if these are of different kinds."""
+        run, other = self._run, self.reference
         if run.status != other.status:
-            return dict.fromkeys(names, numpy.array([math.inf])), 0.0
+            return []
         with rounding_of(self._numbers):
-            pair = _ends(run.segments[-1], other.segments[-1], self._numbers)
-            errors, digits = pair.compare(run, names, self._numbers)
-        return errors, float(digits[0])
+            return [_ends(run.segments[-1], other.segments[-1], self._numbers)]
+
+    @cached_property
+    def _at_end(self) -> dict[Any, Array]:
+        return self._table(self._end, 1)
 
     @cached_property
     def at_end(self) -> dict[str, float]:
@@ -247,126 +271,86 @@ class Errors:
 
         Infinite if the finer run ends in another way: then neither can be trusted.
         """
-        run, other, (errors, _) = self._run, self.reference, self._of_end
-        t_end = abs(run.end - other.end) + run.end * run.precision.eps
-        late = float(t_end) if run.status == other.status else math.inf
-        values = {name: float(error[0]) for name, error in errors.items()}
-        return {"t_end": late, **{name: x for name, x in values.items() if not math.isnan(x)}}
+        run, errors = self._run, {n: float(x[0]) for n, x in self._at_end.items() if n != DIGITS}
+        t_end = errors.pop("t") + float(run.end * run.precision.eps)
+        return {"t_end": t_end, **{name: x for name, x in errors.items() if not math.isnan(x)}}
 
     @property
     def digits_at_end(self) -> float:
         """Significant digits of the worst component of the state at the end."""
-        return self._of_end[1]
+        return float(self._at_end[DIGITS][0])
 
-    def over_time(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
-        """Float64 columns at the samples: t, the errors of ``names`` (SI), and "digits".
-
-        "digits" are those of the state's worst component. An error is infinite where the finer run
-        has ended.
-        """
-        run, times, numbers = self._run, self._run.sample_times, self._numbers
-        errors = {name: numpy.full(len(times), math.inf) for name in names}
-        digits = numpy.zeros(len(times))
-        with rounding_of(numbers):
-            for pair in self._pairs:
-                own, digits[pair.index] = pair.compare(run, names, numbers)
-                for name in names:
-                    errors[name][pair.index] = own[name]
-        if run.status not in ARRIVED:  # both runs have their own ends
-            digits[-1] = self.digits_at_end
-            for name in names:
-                errors[name][-1] = self._of_end[0].get(name, [math.nan])[0]
-        return {"t": seconds_of(run, times), **errors, DIGITS: digits}
+    def over_time(self, names: Iterable[Name] = ()) -> dict[Any, Array]:
+        """The table of errors at the samples; at an early end each run has its own."""
+        return self._table(self._samples, len(self._run.sample_times), names)
 
     @cached_property
-    def _pairs(self) -> list[Pair]:
+    def _samples(self) -> list[Pair]:
         """The states of both runs at the samples, up to the end of the finer run."""
         run, other, times = self._run, self.reference, self._run.sample_times
-        if self._in_limbs:
-            mine, theirs, limbs = run.segments[0], other.segments[0], _limbs_of(other)
-            row, better = (x.series.at(limbs, None) for x in (mine, theirs))
-            return [Pair(numpy.arange(len(times)), mine, row, theirs, better)]
-        if other.status in ARRIVED and run.status in ARRIVED:
-            inner: Sequence[Fraction] = other.sample_times
-        else:
-            end = as_fraction(other.end) * (1 + Fraction(1, 10**15))
-            inner = [t for t in times if t <= end]
+        arrived = run.status in ARRIVED
+        if _in_limbs(run) and _in_limbs(other):
+            mine, theirs, limbs = run.segments[0], other.segments[0], _limbs(other, times)
+            both = mine.series.at(limbs, None), theirs, theirs.series.at(limbs, None)
+            return [Pair(numpy.arange(len(times)), mine, *both)]
+        inner: Sequence[Fraction] = other.sample_times
+        if not (arrived and other.status in ARRIVED):
+            end = as_fraction(other.end) * (1 + TIME_TOLERANCE)
+            inner = [t for t in (times if arrived else times[:-1]) if t <= end]
         pairs = []
         for theirs, number, better in states_at(other, inner, self._numbers):
             for mine, at, row in states_at(run, times, self._numbers):
                 index, first, second = numpy.intersect1d(at, number, return_indices=True)
                 if len(index):
-                    ours, finer_row = [x[first] for x in row], [x[second] for x in better]
-                    pairs.append(Pair(index, mine, ours, theirs, finer_row))
-        return pairs
+                    both = [x[first] for x in row], theirs, [x[second] for x in better]
+                    pairs.append(Pair(index, mine, *both))
+        last = numpy.array([len(times) - 1])
+        return pairs if arrived else [*pairs, *(end._replace(index=last) for end in self._end)]
 
-    @property
-    def _in_limbs(self) -> bool:
-        """True if both runs are single segments in sums of doubles, up to the horizon."""
-        return all(
-            run.precision.doubles and len(run.segments) == 1 and run.status in ARRIVED
-            and run.steps and not run.segments[0].setup.phase.has_clock
-            for run in (self._run, self.reference)
-        )  # fmt: skip
+    def events(self, names: Iterable[Name] = ()) -> dict[Any, Array]:
+        """The table of errors of the events in order of time; their digits include the time's.
 
-    def events(self, names: Sequence[Name] = ()) -> dict[Any, Array]:
-        """Columns of the events in order of time: name, t, error (s), errors (SI), and "digits".
-
-        "digits" are the fewest correct digits of the state there and of the time. Errors are
-        infinite if the finer run has ended before, or is in another part of its motion; in double
-        the rounding of the time is added.
+        Errors are infinite if the finer run has ended before, or is in another part of its motion.
+        In double the rounding of the time is added.
         """
-        run, numbers, unit = self._run, self._numbers, float(self._run.start.units.time)
-        shown = event_columns(run, ())
-        seconds, count = floats(shown["t"]), len(shown["t"])
-        late, digits = numpy.full(count, math.inf), numpy.zeros(count)
-        errors = {name: numpy.full(count, math.inf) for name in names}
-        first = 0
-        with rounding_of(numbers):
-            for segment, before in zip(run.segments, _switches(run), strict=True):
-                for delay, pair in (*self._inside(segment, before), *self._switch(segment, before)):
-                    at = pair.index + first
-                    own, digits[at] = pair.compare(run, names, numbers)
-                    late[at] = delay * unit
-                    for name in names:
-                        errors[name][at] = own[name]
-                first += len(segment.run.events.hits) + bool(segment.ended)
-        late = numpy.where(numpy.isfinite(late), late, math.inf)
-        digits = numpy.minimum(digits, digits_of_time(late, seconds, unit))
+        run, unit = self._run, float(self._run.start.units.time)
+        seconds = event_columns(run, ())["t"].astype(float)
+        errors = self._table(self._events(), len(seconds), names)
+        late = numpy.where(numpy.isfinite(errors["t"]), errors["t"], math.inf)
+        digits = numpy.minimum(errors[DIGITS], digits_of_time(late, seconds, unit))
         late = late + numpy.spacing(seconds) / 2 * run.precision.is_float
-        return {"name": shown["name"], "t": seconds, TIME: late, **errors, DIGITS: digits}
+        return {**errors, "t": late, DIGITS: digits}
 
-    def _inside(self, segment: Segment, before: tuple[str, ...]) -> Iterator[tuple[Array, Pair]]:
-        """Give the delays of the events inside a segment, after its mode switches ``before``."""
-        other, numbers, hits = self.reference, self._numbers, segment.run.events.hits
-        if not len(hits):
-            return
-        time = hits.time + times_in(numbers, [segment.begin])[0]
-        rounded = time.astype(float)
-        begins = [float(theirs.begin) for theirs in other.segments[1:]]
-        at = numpy.searchsorted(begins, rounded, side="left")
-        at[rounded > float(other.end_time)] = -1
-        for j, theirs in enumerate(other.segments):
-            for name, event in segment.setup.watched.items():
-                index = numpy.flatnonzero((at == j) & (hits.name == name))
-                if len(index) and _switches(other)[j] == before:
-                    delay, better = _zeros_of(event, theirs, time[index], numbers)
-                    row = [x[index] for x in hits.state]
-                    yield delay, Pair(index, segment, row, theirs, better)
-
-    def _switch(self, segment: Segment, before: tuple[str, ...]) -> Iterator[tuple[float, Pair]]:
-        """Give the delay of the mode switch that ends a segment."""
-        other, numbers = self.reference, self._numbers
-        for theirs, switches in zip(other.segments, _switches(other), strict=True):
-            if segment.ended and (switches, theirs.ended) == (before, segment.ended):
-                pair = _ends(segment, theirs, numbers)
-                end = segment.begin + segment.end_time
-                index = numpy.array([len(segment.run.events.hits)])
-                yield (
-                    abs(float(end - theirs.begin - theirs.end_time)),
-                    pair._replace(index=index, cleared=segment.cleared),
-                )
-                return
+    def _events(self) -> Iterator[Pair]:
+        """Give the states of both runs at each one's events, after the same mode switches."""
+        run, other, numbers, first = self._run, self.reference, self._numbers, 0
+        mine, theirs = _switches(run), _switches(other)
+        end = times_in(numbers, [other.end_time])[0]
+        for segment in run.segments:
+            hits = segment.run.events.hits
+            time = hits.time + times_in(numbers, [segment.begin])[0]
+            here = numpy.flatnonzero(time.astype(float) <= float(other.end_time))
+            inner = numpy.where((time < end).astype(bool), time, end)[here]
+            for finer_segment, at, better in at_times(other, inner, numbers):
+                if theirs[finer_segment] != mine[segment]:
+                    continue
+                for name, event in segment.setup.watched.items():
+                    chosen = hits.name[here[at]] == name
+                    if chosen.any():
+                        index = here[at[chosen]]
+                        near = [x[chosen] for x in better]
+                        delay, there = _zero(event, finer_segment, near, numbers)
+                        late = abs((delay + inner[at[chosen]] - time[index]).astype(float))
+                        row = [x[index] for x in hits.state]
+                        yield Pair(first + index, segment, row, finer_segment, there, late)
+            first += len(hits)
+            if segment.ended:
+                after = (*mine[segment], segment.ended)
+                for finer_segment in other.segments:
+                    if (*theirs[finer_segment], finer_segment.ended) == after:
+                        ends = _ends(segment, finer_segment, numbers)
+                        yield ends._replace(index=numpy.array([first]))
+                first += 1
 
     @cached_property
     def digits_throughout(self) -> float:
@@ -384,40 +368,38 @@ class Errors:
 def _ends(mine: Segment, theirs: Segment, numbers: Any) -> Pair:
     """Return the states of two segments at their ends."""
     row, better = ([numbers.array([x]) for x in segment.end_row] for segment in (mine, theirs))
-    return Pair(numpy.arange(1), mine, row, theirs, better)
+    delay = abs(float(mine.begin + mine.end_time - theirs.begin - theirs.end_time))
+    return Pair(numpy.arange(1), mine, row, theirs, better, delay)
 
 
-def _switches(run: Solution) -> list[tuple[str, ...]]:
+def _switches(run: Solution) -> dict[Segment, tuple[str, ...]]:
     """Return the mode switches before each segment."""
     ended = [segment.ended for segment in run.segments]
-    return [tuple(filter(None, ended[:i])) for i in range(len(ended))]
+    return {x: tuple(filter(None, ended[:i])) for i, x in enumerate(run.segments)}
 
 
-def _limbs_of(run: Solution) -> Array:
-    """Return the dimensionless sample times as sums of three doubles: axes (time, limb)."""
+def _in_limbs(run: Solution) -> bool:
+    """True if a run is one series of sums of doubles, up to the horizon."""
+    simple = len(run.segments) == 1 and not run.segments[0].setup.phase.has_clock
+    return bool(run.precision.doubles and run.status in ARRIVED and run.steps and simple)
+
+
+def _limbs(run: Solution, times: Sequence[Fraction]) -> Array:
+    """Return dimensionless times as sums of three doubles: axes (time, limb)."""
     mpfr = run.precision.mpfr
-
-    def compute() -> Array:
-        with mpfr.precision():
-            local = mpfr.of_fractions(run.sample_times) / mpfr.number(run.start.units.time)
-            return mpfr.to_limbs(local, MOST_LIMBS)
-
-    return run.start.once("sample times in limbs", compute)
+    with mpfr.precision():
+        local = mpfr.of_fractions(times) / mpfr.number(run.start.units.time)
+        return mpfr.to_limbs(local, MOST_LIMBS)
 
 
-def _zeros_of(
-    event: Event, segment: Segment, times: Array, numbers: Any
-) -> tuple[Array, list[Array]]:
-    """Return the delays after ``times`` of a function's zeros, and the states there.
+def _zero(
+    event: Event, segment: Segment, row: Sequence[Array], numbers: Any
+) -> tuple[Array, Sequence[Array]]:
+    """Return the delays of an event's zeros after states, and the states there.
 
-    By one step of Newton's method along the power series at ``times``, or at the segment's end. The
-    delay is infinite if the function has no series.
+    By one step of Newton's method along power series. The delay is NaN if the function has none.
     """
     setup, fn = segment.setup, functions_of(numbers)
-    local = times - times_in(numbers, [segment.begin])[0]
-    end = times_in(numbers, [segment.end_time])[0]
-    inner = numpy.where((local < end).astype(bool), local, end)
-    row = segment.at(inner, numbers)
     body = segment.start.body.numbers(numbers.number)
     entries, q = setup.layout.moving(body, tuple(row), fn)
     try:
@@ -425,28 +407,68 @@ def _zeros_of(
     except InputError:
         value = None
     if not isinstance(value, TaylorSeries):
-        return numpy.full(len(times), math.inf), row
+        return numpy.full(len(row[0]), math.nan), row
     step = -value[0] / value[1]
     there = [x[0] + step * (x[1] + step * x[2]) for x in entries]
     form = setup.formulation
     before, after = (form.State(*x[: len(form.columns)]) for x in (row, there))
-    delay = form.State.elapsed(step, before, after) + (inner - local)
-    return abs(delay.astype(float)), there
+    return form.State.elapsed(step, before, after), there
 
 
-@cache
-def deviations() -> Functions:
-    """Functions of numbers with a small deviation, represented as complex numbers.
+# Digits by which an estimate must exceed the requested ones: a reference run that errs by a tenth
+# of the run's error is off by half of that.
+RESERVE = 0.1
+LOSS = 2.0  # Digits of the tolerance that most scenes lose.
+MOST_DIGITS = 300  # Errors are doubles, of which the smallest is 1e-308.
+FEWEST_BITS_OF_MP = 128
 
-    An analytic function of x + i d is f(x) + i d f'(x) up to d^2. ``abs`` and comparisons are not
-    analytic and must not be used.
+
+class Level(NamedTuple):
+    """An arithmetic and a tolerance; ``bits`` only for mp, which has its full accuracy."""
+
+    precision: str
+    tolerance: float
+    bits: int | None = None
+
+    @property
+    def digits(self) -> float:
+        """Digits of the tolerance, or of the bits in mp."""
+        return -math.log10(self.tolerance) if self.tolerance else math.log10(2) * (self.bits or 0)
+
+
+# heyoka's error follows its order, which rises by one at exp(-30) = 9.36e-14
+LADDER = (
+    Level("double", 1e-10), Level("double", 9.3e-14),
+    Level("double-double", 1e-18), Level("double-double", 1e-23), Level("double-double", 1e-28),
+    Level("triple-double", 1e-34), Level("triple-double", 1e-40), Level("triple-double", 3e-45),
+)  # fmt: skip
+
+
+def integrate_to_digits(digits: Any, scene: Scene, run: Callable[[Level], Solution]) -> Solution:
+    """Return the solution from the first level that delivers ``digits`` throughout.
+
+    The error estimate of the run decides, for every component at every sample, in every event and
+    at the end. The next level adds the digits that are missing.
+
+    Raises ``InputError``: the digits are not a whole number in range, or two levels of mp in a row
+    gain nothing.
     """
-
-    def atan2(y: Array, x: Array) -> Array:
-        # the deviation without the cancellation that a logarithm would have
-        turned = (x.real * y.imag - y.real * x.imag) / (x.real * x.real + y.real * y.real)
-        return numpy.arctan2(y.real, x.real) + 1j * turned
-
-    return SimpleNamespace(
-        atan2=atan2, cos=numpy.cos, sin=numpy.sin, sqrt=numpy.sqrt, exp=numpy.exp, log=numpy.log
-    )
+    whole_number(digits, "digits", 1, MOST_DIGITS)
+    refused, needed, best = refused_in_doubles(scene), digits + LOSS, -math.inf
+    levels = [level for level in LADDER if level.precision == "double" or not refused]
+    while True:
+        bits = max(FEWEST_BITS_OF_MP, math.ceil(needed / math.log10(2)))
+        level = next((x for x in levels if x.digits >= needed), Level("mp", 0.0, bits))
+        solution = run(level)
+        failed = solution.status == "failed"
+        reached = 0.0 if failed else errors_of(solution).digits_throughout
+        if reached >= digits + RESERVE:
+            return solution
+        if level.bits and reached < best + RESERVE:
+            raise InputError(
+                f"digits: got {digits}, but {scene.name} has {reached:.1f} in mp with "
+                f"{level.bits} bits ({solution.status} at {float(solution.t_end):.3g} s), and "
+                "finer numbers gain no more; expected fewer digits, or a precision in their place"
+            )
+        best = max(best, reached)
+        needed = level.digits + max(digits + RESERVE - reached, LOSS if level.bits else RESERVE)

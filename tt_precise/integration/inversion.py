@@ -164,7 +164,7 @@ def errors_of_times(run: Solution) -> dict[str, float]:
 
     tilts = 10.0 ** -errors["digits"]
     alternating = tilts * numpy.where(numpy.arange(len(tilts)) % 2, 1, -1)
-    shifts = ("t", errors["error"]), ("theta", tilts), ("theta", alternating)
+    shifts = ("t", errors["t"]), ("theta", tilts), ("theta", alternating)
     changed = [shifted(name, by) for name, by in shifts]
     plain, errors = times_of(run), {}
     for name, t in {"equator": plain.equator, **plain.times}.items():

@@ -6,26 +6,22 @@ precise enough; other runs are read in arrays of numbers with guard bits (``mpfr
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import POSE_NAMES, Name, State
+from tt_precise.integration.columns import POSE_NAMES, Name, State, vertical
 from tt_precise.integration.events import ARRIVED
 from tt_precise.integration.heyoka_backend import sample_times
-from tt_precise.integration.precision import (
-    DOUBLES,
-    Hardware,
-    functions_of,
-    times_in,
-)
+from tt_precise.integration.precision import DOUBLES, Hardware, times_in
 from tt_precise.integration.solution import Segment, Solution
+from tt_precise.integration.zeros import Hits
 from tt_precise.mechanics.conserved import OF_QUANTITY, Integral, conserved, drift
 from tt_precise.mechanics.quantities import QUANTITIES
-from tt_precise.runtime.values import Array, InputError, Scalar, wrong_name
+from tt_precise.runtime.values import Array, Scalar, wrong_name
 from tt_precise.scene.numerals import as_fraction, shortest_texts
 from tt_precise.scene.scene import RECORDABLE
 
@@ -42,15 +38,7 @@ class States(NamedTuple):
 
     segment: Segment
     index: Array
-    row: list[Array]
-
-
-def columns_in(
-    segment: Segment, names: Sequence[Name], row: Sequence[Array], numbers: Any
-) -> dict[Any, Array]:
-    """Compute named columns (SI) of states in an arithmetic of arrays."""
-    number = float if numbers is DOUBLES else numbers.number
-    return segment.columns.of_arrays(names, tuple(row), number, functions_of(numbers))
+    row: Sequence[Array]
 
 
 def rounding_of(numbers: Any) -> AbstractContextManager[Any]:
@@ -79,17 +67,17 @@ def states_at(run: Solution, times: Sequence[Fraction] | Array, numbers: Any) ->
     """
 
     def compute() -> list[States]:
-        hardware, whole = isinstance(numbers, Hardware), times is run.scene.sample_times
         with rounding_of(numbers):
-            if hardware and whole:
+            if isinstance(numbers, Hardware) and times is run.scene.sample_times:
                 return at_times(run, sample_times(run.start, run.scene), numbers, samples=True)
+            array = numpy.asarray(times)
+            for extreme in (array.min(), array.max()):
+                run.dimensionless_time(extreme)
             seconds = numbers.of_fractions(times)
-            ends: Any = (numpy.min, numpy.max) if isinstance(times, numpy.ndarray) else (min, max)
-            for end in ends:
-                run.dimensionless_time(end(times))
             local = seconds / times_in(numbers, [run.start.units.time])[0]
-            last = seconds.astype(float) >= float(run.end)
-            if not run.precision.is_float:
+            if run.precision.is_float:
+                last = seconds.astype(float) >= float(run.end)
+            else:
                 last = numpy.array([t >= as_fraction(run.end) for t in times], dtype=bool)
             local[last] = times_in(numbers, [run.end_time])[0]
             return at_times(run, local, numbers)
@@ -100,23 +88,19 @@ def states_at(run: Solution, times: Sequence[Fraction] | Array, numbers: Any) ->
     return run.once((states_at, numbers), compute) if own else compute()
 
 
-def states(run: Solution, times: Sequence[Scalar]) -> list[State]:
-    """The states (SI) at dimensionless ``times`` (with guard bits)."""
-    mpfr, to_user, unit = run.precision.mpfr, run.precision.to_user, run.start.units.time
-    rows: list[Any] = [None] * len(times)
+def state_at(run: Solution, time: Scalar) -> State:
+    """The state (SI) at a dimensionless ``time`` (with guard bits)."""
+    precision, mpfr = run.precision, run.precision.mpfr
     with mpfr.precision():
-        for part in at_times(run, mpfr.array(times), mpfr):
-            table = columns_in(part.segment, run.columns.names, part.row, mpfr)
-            columns = {name: list(map(mpfr.back, column)) for name, column in table.items()}
-            for k, i in enumerate(part.index.tolist()):
-                values = {name: to_user(column[k]) for name, column in columns.items()}
-                rows[i] = State(to_user(times[i] * unit), values, run.precision)
-    return rows
+        ((segment, _, row),) = at_times(run, mpfr.array([time]), mpfr)
+        columns = segment.columns.of_arrays(run.columns.names, row, mpfr)
+        values = {name: precision.to_user(mpfr.back(x[0])) for name, x in columns.items()}
+    return State(precision.to_user(time * run.start.units.time), values, precision)
 
 
 def end_state(run: Solution) -> State:
     """The state (SI) at the end."""
-    return run.once(end_state, lambda: states(run, [run.end_time])[0])
+    return run.once(end_state, lambda: state_at(run, run.end_time))
 
 
 def table(
@@ -134,20 +118,28 @@ def table(
     if any(name in POSE_NAMES and name not in run.setup.record for name in names):
         run = with_quadratures(run)
     times = run.sample_times if times is None else times
-    arrays: Any = run.precision.numbers
-    if run.precision.is_float and numbers != "text":
-        arrays = DOUBLES
-    kind = object if arrays is run.precision.mpfr else float
-    columns: dict[Any, Any] = {name: numpy.empty(len(times), dtype=kind) for name in names}
-    for name in names:
-        run.columns.dimension(name)
+    is_float = run.precision.is_float
+    arrays: Any = DOUBLES if is_float and numbers != "text" else run.precision.numbers
+    columns = _columns(run, names, times, arrays)
     with rounding_of(arrays):
-        for segment, index, row in states_at(run, times, arrays):
-            for name, values in columns_in(segment, names, row, arrays).items():
-                columns[name][index] = values
-        t = seconds_of(run, times) if run.precision.is_float else arrays.of_fractions(times)
+        t = numpy.array(times, dtype=float) if is_float else arrays.of_fractions(times)
         every = {"t": t, **columns}
         return {name: converted(run, values, numbers) for name, values in every.items()}
+
+
+def _columns(
+    run: Solution, names: Sequence[Name], times: Sequence[Fraction] | Array, arrays: Any
+) -> dict[Any, Array]:
+    """Return named columns in an arithmetic of arrays."""
+    kind = arrays.kind if isinstance(arrays, Hardware) else object
+    columns: dict[Any, Any] = {name: numpy.empty(len(times), dtype=kind) for name in names}
+    for name in names:
+        run.columns.dimension(name)  # refuses an unknown name where there are no times too
+    with rounding_of(arrays):
+        for segment, index, row in states_at(run, times, arrays):
+            for name, values in segment.columns.of_arrays(names, row, arrays).items():
+                columns[name][index] = values
+    return columns
 
 
 def with_quadratures(run: Solution) -> Solution:
@@ -161,20 +153,7 @@ def with_quadratures(run: Solution) -> Solution:
         again = run.once(with_quadratures, lambda: run.again(record=RECORDABLE, events=()))
         if again.status == run.status:
             return again
-    raise InputError(
-        "pose: got an axis that is exactly vertical at some time, where phi and psi are "
-        "undefined; expected another scene"
-    )
-
-
-def seconds_of(run: Solution, times: Sequence[Fraction] | Array) -> Array:
-    """Return exact times in s as doubles."""
-
-    def compute() -> Array:
-        return numpy.array([float(t) for t in times])
-
-    own = times is run.scene.sample_times
-    return run.start.once("seconds", compute) if own else compute()
+    raise vertical()
 
 
 def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
@@ -186,22 +165,21 @@ def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
         return shortest_texts(doubles) if numbers == "text" else doubles
     if numbers == "text":
         return precision.mpfr.texts(values, precision.decimals)
-    return objects(map(precision.mpfr.back, values))
+    return numpy.array(list(map(precision.mpfr.back, values)), dtype=object)
 
 
-def floats(values: Any) -> Array:
-    """Return numbers of any kind as doubles, with NaN for undefined values."""
-    if isinstance(values, numpy.ndarray) and values.dtype != object:
-        return values.astype(float)
-    return numpy.array([numpy.nan if x is None else float(x) for x in values], dtype=float)
+# ---- events -------------------------------------------------------------------------------------
 
 
-def objects(values: Iterable[Any]) -> Array:
-    """Return an array of objects."""
-    every = list(values)
-    array = numpy.empty(len(every), dtype=object)
-    array[:] = every
-    return array
+def events_of(run: Solution) -> Iterator[tuple[Segment, Hits]]:
+    """Yield the events inside each segment, then the one that ends it, with the state before it."""
+    arrays: Any = run.precision.numbers
+    for segment in run.segments:
+        yield segment, segment.run.events.hits
+        if segment.ended:
+            name, direction = numpy.array([segment.ended], dtype=object), numpy.array([FALLING])
+            time, *state = (arrays.array([x]) for x in (segment.end_time, *segment.end_row))
+            yield segment, Hits(name, time, direction, tuple(state))
 
 
 def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
@@ -210,34 +188,24 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
     An event that ends a segment has the values just before it.
     """
     for name in names:
-        if is_drift(name):
-            also = ", pose, digits or error:NAME; frame(...) has drifts"
-            raise wrong_name("column", name, run.columns.dimensions, also)
         run.columns.dimension(name)  # refuses an unknown name where there are no events too
     arrays: Any = run.precision.numbers
-    none, empty = numpy.empty(0), numpy.empty(0, dtype=object)
+    kinds: dict[Any, type] = {"name": object, "direction": int}
     columns: dict[Any, list[Array]] = {
-        "name": [empty], "t": [none], "direction": [none], **{name: [none] for name in names}
-    }  # fmt: skip
+        name: [numpy.empty(0, dtype=kinds.get(name, float))]
+        for name in ("name", "t", "direction", *names)
+    }
     with rounding_of(arrays):
         unit = arrays.number(run.start.units.time)
-        for segment in run.segments:
-            hits, begin = segment.run.events.hits, arrays.number(segment.begin)
-            rows = [(hits.name, hits.time, hits.direction, hits.state)]
-            if segment.ended:
-                end = tuple(arrays.array([x]) for x in segment.end_row)
-                time = arrays.array([segment.end_time])
-                rows.append((objects([segment.ended]), time, numpy.array([FALLING]), end))
-            for name, time, direction, state in rows:
-                table = {"name": name, "t": (time + begin) * unit, "direction": direction}
-                if len(name):
-                    table |= columns_in(segment, names, state, arrays)
-                    for column, values in table.items():
-                        columns[column].append(values)
+        for segment, hits in events_of(run):
+            if len(hits):
+                t = (hits.time + arrays.number(segment.begin)) * unit
+                rows = {"name": hits.name, "t": t, "direction": hits.direction}
+                rows |= segment.columns.of_arrays(names, hits.state, arrays)
+                for name, values in rows.items():
+                    columns[name].append(values)
         whole = {name: numpy.concatenate(column) for name, column in columns.items()}
-        fixed = {"name": whole.pop("name"), "direction": whole.pop("direction").astype(int)}
-        shown = fixed | {name: converted(run, x, "exact") for name, x in whole.items()}
-        return {name: shown[name] for name in columns}
+        return {n: x if n in kinds else converted(run, x, "exact") for n, x in whole.items()}
 
 
 # ---- conserved quantities -----------------------------------------------------------------------
@@ -255,13 +223,12 @@ def integrals(run: Solution) -> list[Integral]:
 
 def changes(run: Solution, names: Iterable[Name]) -> str:
     """Return a sentence on the drifts in ``names`` of what the motion does not conserve, or ""."""
-    conserved = {name for law in integrals(run) for name in (law.name, *law.quantities)}
-    drifts = (str(name) for name in names if is_drift(name))
-    others = [name for name in drifts if name.removeprefix(DRIFT) not in conserved]
-    if not others:
-        return ""
-    kept = ", ".join(integral.name for integral in integrals(run))
-    return f"{', '.join(others)}: changes since the start, no errors; this motion conserves {kept}"
+    laws = integrals(run)
+    conserved = {f"{DRIFT}{name}" for law in laws for name in (law.name, *law.quantities)}
+    others = [str(name) for name in names if is_drift(name) and name not in conserved]
+    kept = ", ".join(law.name for law in laws)
+    text = f"{', '.join(others)}: changes since the start, no errors; this motion conserves {kept}"
+    return text if others else ""
 
 
 class Drifts(dict[str, Any]):
@@ -279,24 +246,22 @@ def drift_over_time(run: Solution) -> Drifts:
     return Drifts((name, converted(run, values, "exact")) for name, values in _drifts(run).items())
 
 
-def _drifts(run: Solution) -> dict[str, Array]:
+def _drifts(run: Solution) -> Drifts:
     """Return the drifts in the arithmetic in which the run is read."""
     arrays: Any = run.precision.numbers
-    fn, count = functions_of(arrays), len(run.sample_times)
+    count, first, laws = len(run.sample_times), run.segments[0], integrals(run)
     kind = arrays.kind if isinstance(arrays, Hardware) else object
-    drifts = {each.name: numpy.empty(count, dtype=kind) for each in integrals(run)}
+    drifts = Drifts((law.name, numpy.empty(count, dtype=kind)) for law in laws)
     with rounding_of(arrays):
-        first = run.segments[0]
-        start = tuple(arrays.array([x]) for x in first.start_row)
-        begin = first.columns.array_motion(start, arrays.number, fn)
+        begin = first.columns.array_motion([arrays.array([x]) for x in first.start_row], arrays)
         for segment, index, row in states_at(run, run.sample_times, arrays):
             if index[-1] == count - 1 and run.status not in ARRIVED:
                 row = [x.copy() for x in row]
                 for x, value in zip(row, segment.end_row, strict=True):
                     x[-1] = arrays.number(value)
-            q = segment.columns.array_motion(tuple(row), arrays.number, fn)
-            for each in integrals(run):
-                drifts[each.name][index] = drift(each, [begin, q])[1] + 0 * row[0]
+            q = segment.columns.array_motion(row, arrays)
+            for law in laws:
+                drifts[law.name][index] = drift(law, [begin, q])[1] + 0 * row[0]
     return drifts
 
 
@@ -316,23 +281,25 @@ def drift_columns(
 
     Raises ``InputError``: there is no such quantity.
     """
-    drifts = _drifts(run)
-    for integral in integrals(run):
-        drifts |= dict.fromkeys(integral.quantities, drifts[integral.name])
-    columns: dict[str, Any] = {}
+    drifts, columns = _drifts(run), {}
     for name in names:
         quantity = name.removeprefix(DRIFT)
-        if quantity not in drifts and quantity not in QUANTITIES:
+        if quantity in drifts or OF_QUANTITY.get(quantity) in drifts:
+            values = drifts[quantity]
+        elif quantity in QUANTITIES:
+            values = _changes(run, quantity)
+        else:
             also, expected = ", or a quantity such as E or D", f"{DRIFT} and one of: "
             raise wrong_name("column", name, drifts, also, expected=expected)
-        values = drifts[quantity] if quantity in drifts else _changes(run, quantity)
         columns[name] = converted(run, values, numbers)
     return columns
 
 
 def _changes(run: Solution, name: str) -> Array:
-    values = table(run, [name], None, "exact")[name]
-    sizes = [abs(value) for value in values if value is not None and value == value]
-    scale = (values[0] and abs(values[0])) or max(sizes, default=0) or 1
-    apart = [value if value is None else abs(value - values[0]) / scale for value in values]
-    return run.precision.numbers.array(apart)
+    """Return the changes of a quantity over its value at the start, or its largest one."""
+    arrays: Any = run.precision.numbers
+    values = _columns(run, [name], run.sample_times, arrays)[name]
+    with rounding_of(arrays):
+        sizes = abs(values)
+        largest = max(sizes[(values - values == 0).astype(bool)], default=0)
+        return abs(values - values[0]) / (sizes[0] or largest or 1)

@@ -12,18 +12,13 @@ import numpy
 from tt_precise.integration.columns import POSE, State, expanded, unit_of
 from tt_precise.integration.errors import (
     Errors,
+    Level,
     errors_of,
     events_with_errors,
+    integrate_to_digits,
     table_with_errors,
 )
-from tt_precise.integration.ladder import Level, integrate_to_digits
-from tt_precise.integration.reading import (
-    Drifts,
-    Numbers,
-    drift_over_time,
-    end_state,
-    states,
-)
+from tt_precise.integration.reading import Drifts, Numbers, drift_over_time, end_state, state_at
 from tt_precise.integration.setup import Events, Setup, asked_for
 from tt_precise.integration.solution import SLOW, Solution, solve
 from tt_precise.runtime.terminal import Progress
@@ -121,7 +116,7 @@ class Trajectory:
 
         Raises ``InputError``: ``t`` lies outside [0, t_end]; a solution is never extrapolated.
         """
-        return states(self.run, [self.run.dimensionless_time(t)])[0]
+        return state_at(self.run, self.run.dimensionless_time(t))
 
     def frame(
         self,
