@@ -88,7 +88,7 @@ class State:
         return {name: self.precision.text(value) for name, value in self.values.items()}
 
 
-def shown(name: Name) -> str:
+def name_of(name: Name) -> str:
     """The name of a column as users read it."""
     return str(getattr(name, "name", name))
 

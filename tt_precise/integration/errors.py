@@ -16,7 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import POSE_NAMES, Name, digits_of_time, digits_over_rows, shown
+from tt_precise.integration.columns import (
+    POSE_NAMES,
+    Name,
+    digits_of_time,
+    digits_over_rows,
+    name_of,
+)
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import ARRIVED, Event
 from tt_precise.integration.precision import LONG_DOUBLES, functions_of, precision_named, times_in
@@ -75,7 +81,7 @@ def table_with_errors(
     times: Sequence[Fraction] | Array | None,
     numbers: Numbers,
 ) -> dict[str, Array]:
-    """Return ``reading.table`` by shown names, with errors and drifts at the samples.
+    """Return ``reading.table`` by the names that users read, with errors and drifts at the samples.
 
     Raises ``InputError``: there are times and such columns.
     """
@@ -94,17 +100,17 @@ def table_with_errors(
         columns |= {name: errors[of] for name, of in estimates.items()}
         if numbers == "text":
             columns |= {name: shortest_texts(columns[name]) for name in estimates}
-    return {shown(name): columns[name] for name in ("t", *names)}
+    return {name_of(name): columns[name] for name in ("t", *names)}
 
 
 def events_with_errors(run: Solution, names: Sequence[Name]) -> dict[str, Array]:
-    """Return ``reading.event_columns`` by shown names, with errors, also of the time."""
+    """Return ``reading.event_columns`` by the names that users read, with errors, also of the time."""
     plain, estimates = _estimated(names)
     columns = event_columns(run, plain)
     if estimates:
         errors = errors_of(run).events(estimates.values())
         columns |= {name: errors[of] for name, of in estimates.items()}
-    return {shown(name): columns[name] for name in ("name", "t", "direction", *names)}
+    return {name_of(name): columns[name] for name in ("name", "t", "direction", *names)}
 
 
 def _estimated(names: Sequence[Name]) -> tuple[list[Name], dict[Name, Name]]:
