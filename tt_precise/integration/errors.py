@@ -104,7 +104,7 @@ def table_with_errors(
 
 
 def events_with_errors(run: Solution, names: Sequence[Name]) -> dict[str, Array]:
-    """Return ``reading.event_columns`` by the names that users read, with errors, also of the time."""
+    """Return ``reading.event_columns`` by the names that users read, with errors of times too."""
     plain, estimates = _estimated(names)
     columns = event_columns(run, plain)
     if estimates:
