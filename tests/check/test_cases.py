@@ -99,7 +99,7 @@ def test_a_log_that_begins_elsewhere_has_its_digits(name: str) -> None:
 
 def test_what_is_no_table_is_refused() -> None:
     refuses("no header: line 1 is 9 numbers", CASES / "headers/none.csv")
-    refuses("line 3 looks like the header", CASES / "headers/preamble.csv")
+    assert check(CASES / "headers/preamble.csv", "reference").passed  # the header is line 3
     path = CASES / "pose_with_vx_vy_vz/in.csv"
     refuses("add --columns vx=vcx,vy=vcy,vz=vcz", path)
     renamed = {"vx": "vcx", "vy": "vcy", "vz": "vcz"}
@@ -113,7 +113,7 @@ def test_the_index_of_a_table_may_be_the_time() -> None:
     assert found.passed
     assert found["equations"].value == expected["equations"].value
     clock = frame.rename(columns={"t": "clock"})
-    refuses("no column t", clock)
+    refuses("missing t", clock)
     words: Any = {"columns": {"clock": "t"}}
     assert tt.check.assert_conserves(clock, "reference", **words).passed
 
@@ -132,7 +132,7 @@ def test_padding_behind_the_time_asked_for_is_left_out(name: str) -> None:
 def test_psi_dot_stands_for_omega_3() -> None:
     path = CASES / "psi_dot_column/top.csv"
     primes = {"theta'": "theta_dot", "phi'": "phi_dot"}
-    refuses("omega_3 \\(or psi_dot: omega_3 = psi_dot", path, columns=primes)
+    refuses("or give psi_dot: omega_3 = psi_dot", path, columns=primes)
     assert check(path, "reference", columns={**primes, "psi'": "psi_dot"}).passed
 
 

@@ -39,11 +39,11 @@ def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: 
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
-        ("time kx", "f.csv: no column t .* rename yours with --columns"),
+        ("time kx", "f.csv: missing t, .* rename yours with --columns"),
         ("t kx ky Lx Ly Lz", "f.csv: missing kz of the vectors columns"),
-        ("t a", "f.csv: no column set among the columns t, a"),
-        ("t theta theta_dot phi_dot", r"missing omega_3 \(or psi_dot: omega_3 = psi_dot"),
-        ("t qpos0 qpos1", "qpos0 ... are an engine's own state: read it with --from mujoco"),
+        ("t a", "f.csv: missing kx, ky, kz, .* among the columns t, a"),
+        ("t theta theta_dot phi_dot", "missing omega_3 .* or give psi_dot: omega_3 = psi_dot"),
+        ("t qpos0 qpos1", "--from ENGINE reads an engine's own state"),
         ("t qw qx qy qz wx wy wz vx vy vz", "add --columns vx=vcx,vy=vcy,vz=vcz"),
     ],
 )
@@ -53,7 +53,7 @@ def test_what_is_missing_is_named(columns: str, message: str) -> None:
 
 
 def test_a_velocity_is_whole_or_absent(healthy: Healthy) -> None:
-    refuses("has vx but not vy, expected all of the velocity or none", healthy()[VECTORS[:-1]])
+    refuses("no vy, expected all columns of the velocity or none", healthy()[VECTORS[:-1]])
 
 
 def test_renames(healthy: Healthy) -> None:

@@ -7,7 +7,7 @@ import pytest
 import tt_precise as tt
 from tests.check.conftest import VECTORS, Healthy, check, pose
 from tt_precise.check.columns import COLUMN_SETS
-from tt_precise.check.rows import Assumptions, Rows, half_unit, precisions
+from tt_precise.check.rows import Assumptions, Rows, half_unit
 from tt_precise.mechanics.flight import LiftedState
 
 NUMBERS = numpy.random.default_rng(1).normal(size=200)
@@ -27,7 +27,7 @@ def rows_of(frame: pandas.DataFrame, columns: str = "vectors", scene: str = "ref
         (numpy.array([float(f"{x:.5e}") for x in 1e-4 * NUMBERS]), 5e-6 * 1e-4),
         (NUMBERS.astype(numpy.float32).astype(float), 6e-8 * abs(NUMBERS).max()),
         (numpy.append(NUMBERS[abs(NUMBERS) < 1].round(3), 1.0), 5e-4),  # 1 is no further digit
-        (NUMBERS[:7].round(6), 0.0),
+        (NUMBERS[:3].round(6), 0.0),
         (NUMBERS.round(12), 0.0),
         (NUMBERS, 0.0),
         (numpy.full(200, 0.1), 0.0),
@@ -37,13 +37,6 @@ def rows_of(frame: pandas.DataFrame, columns: str = "vectors", scene: str = "ref
 )
 def test_a_precision_is_inferred_from_the_numbers(rounded: numpy.ndarray, half: float) -> None:
     assert half_unit(rounded) * numpy.nanmax(abs(rounded)) == pytest.approx(half, rel=0.3)
-
-
-def test_components_are_printed_alike() -> None:
-    """A component that is constant shows no digits alone."""
-    given = {"kx": NUMBERS.round(4), "ky": NUMBERS[::-1].round(4), "kz": numpy.full(200, 0.25)}
-    found = precisions({"t": numpy.arange(200.0), **given})
-    assert found["k"] * abs(NUMBERS).max() == pytest.approx(5e-5, rel=1e-3)
 
 
 @pytest.mark.parametrize(("digits", "expected"), [(6, 1e-3), (9, 1e-6), (17, 0.0)])
@@ -70,7 +63,6 @@ def test_times_are_exact_where_they_are_even(healthy: Healthy) -> None:
     assert turn == pytest.approx(155, rel=1e-3)
     assert rows_of(frame).time_rounding < 1e-12  # 2 decimals, and even
     assert rows_of(frame.drop(index=9)).time_rounding < 1e-12  # but for a missing row
-    assert rows_of(frame.assign(t=frame["t"] + 0.0043 * (frame["t"] > 0))).time_rounding < 1e-12
     for step, decimals in ((1 / 60, 2), (1 / 59.94, 4)):
         uneven = frame.assign(t=(frame.index.to_numpy() * step).round(decimals))
         expected = 0.5 * 10**-decimals * turn

@@ -406,7 +406,7 @@ def _kinematics(rows: Rows) -> Residual:
     written = 2 * rows.rounding + rows.time_rounding
     for name, (residual, error, size) in parts.items():
         residual, error = residual / size, error / size
-        error = error + 2 * position_rounding(rows) if name else error
+        error = error + 2 * rows.position_rounding if name else error
         sums = _sums(rows, residual, error)
         local = INTERVAL_COUNTS * (norm(residual) - error - written)
         local = numpy.append(0.0, numpy.where(numpy.isinf(error), 0.0, local))
@@ -425,12 +425,6 @@ def _kinematics(rows: Rows) -> Residual:
     return Residual(values, bound, note, text, decided=True)
 
 
-def position_rounding(rows: Rows) -> float:
-    """Return half a unit of the last written place of the position, in R."""
-    sizes = [float(abs(x).max()) for name, x in rows.columns.items() if name in {*"xyz"}]
-    return rows.precision.get("x", 0.0) * max(sizes, default=0.0) / rows.body.R
-
-
 def _off_table(rows: Rows) -> Array:
     """Return how far (R) the lowest point is from the table, beyond the rounding of the file.
 
@@ -441,7 +435,7 @@ def _off_table(rows: Rows) -> Array:
     if rows.assumed.friction == "other":
         above = numpy.where(rows.t == 0, height, 0.0 * height)
         height = numpy.maximum(numpy.maximum(above, -height) - SINKING, 0.0)
-    off: Array = numpy.maximum(abs(height) - 4 * rows.rounding - position_rounding(rows), 0.0)
+    off: Array = numpy.maximum(abs(height) - 4 * rows.rounding - rows.position_rounding, 0.0)
     return off
 
 

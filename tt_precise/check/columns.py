@@ -6,7 +6,6 @@ A new set is one entry of ``COLUMN_SETS``: its columns, and the function from th
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
@@ -176,7 +175,14 @@ _ALL = (
 COLUMN_SETS = {each.name: each for each in _ALL}
 TRACK = ("phi", "psi", "x", "y")  # the integrals of a state's rates, in a file of any set
 KNOWN = {"t", *TRACK, *(name for each in _ALL for name in (*each.names, *each.height))}
-ENGINES_OWN = re.compile("(qpos|quaternion)_?0")
+
+
+# Remedies for columns that occur, by the first column that is absent.
+REMEDIES = {
+    "t": "rename yours with --columns theirs=t",
+    "vcx": "add --columns vx=vcx,vy=vcy,vz=vcz: the velocity of the centre of mass",
+    "omega_3": "or give psi_dot: omega_3 = psi_dot + phi_dot cos theta",
+}
 
 
 def choose_set(present: Sequence[str], where: str) -> ColumnSet:
@@ -184,39 +190,16 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
 
     Raises ``InputError``: no set is complete; the message names what the nearest set lacks.
     """
-    remedy = "rename yours with --columns theirs=ours"
-    if "t" not in present:
-        raise InputError(
-            f"{where}: no column t (time in s) among {listed(present)}; "
-            "rename yours with --columns theirs=t"
-        )
-    complete = next((each for each in _ALL if not each.missing(present)), None)
-    if complete is not None:
-        if complete.name == "rigid body" and {"vx", "vy", "vz"} <= {*present}:
-            raise InputError(
-                f"{where}: got vx, vy, vz beside a quaternion, expected the velocity of the centre "
-                "of mass as vcx, vcy, vcz: add --columns vx=vcx,vy=vcy,vz=vcz"
-            )
-        return complete
-    own = next(filter(ENGINES_OWN.fullmatch, present), None)
-    if own is not None:
-        engine = "mujoco" if own.startswith("q") and own[1] == "p" else "ENGINE"
-        raise InputError(
-            f"{where}: columns {own} ... are an engine's own state: read it with --from {engine}"
-        )
     nearest = min(_ALL, key=lambda each: len(each.missing(present)) / len(each.required))
-    missing = nearest.missing(present)
-    if len(missing) == len(nearest.required):
-        sets = ", or ".join(" ".join(each.required) for each in _ALL)
-        raise InputError(
-            f"{where}: no column set among {listed(present)}; expected t and {sets}; {remedy}"
-        )
-    names = ", ".join(missing)
-    if names == "omega_3":
-        names += " (or psi_dot: omega_3 = psi_dot + phi_dot cos theta)"
+    missing = [name for name in ("t", *nearest.required) if name not in present]
+    if nearest.name == "rigid body" and {"vx", "vy", "vz"} <= {*present}:
+        missing = missing or ["vcx", "vcy", "vcz"]
+    if not missing:
+        return nearest
+    remedy = "rename yours with --columns theirs=ours; --from ENGINE reads an engine's own state"
     raise InputError(
-        f"{where}: missing {names} of the {nearest.name} columns "
-        f"({' '.join(nearest.required)}) among {listed(present)}; {remedy}"
+        f"{where}: missing {', '.join(missing)} of the {nearest.name} columns "
+        f"({' '.join(nearest.names)}) among {listed(present)}; {REMEDIES.get(missing[0], remedy)}"
     )
 
 
@@ -227,9 +210,8 @@ def require_whole(present: Sequence[str], columns: Sequence[str], what: str, whe
     """
     absent = [name for name in columns if name not in present]
     if absent and len(absent) < len(columns):
-        have = ", ".join(name for name in columns if name in present)
         raise InputError(
-            f"{where}: has {have} but not {', '.join(absent)}, expected all of the {what} or none"
+            f"{where}: no {', '.join(absent)}, expected all columns of the {what} or none"
         )
     return not absent
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from functools import cached_property
 from typing import Any
 
 import numpy
 
-from tt_precise.check.columns import Columns, ColumnSet, RigidMotion
+from tt_precise.check.columns import POSITION, Columns, ColumnSet, RigidMotion
 from tt_precise.mechanics.flight import LiftedState
 from tt_precise.mechanics.newton import NewtonState, contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
@@ -20,20 +21,17 @@ from tt_precise.runtime.values import Array, require_name
 from tt_precise.scene.scene import Scene
 
 EPS = float(numpy.finfo(float).eps)
-MOST_SAMPLED = 4096  # rows from which the precision of a column is inferred
+SAMPLED = 200  # rows from which the precision of a file is inferred
 MOST_DIGITS = 10  # a number of more digits is as precise as a double here
-FEWEST, DISTINCT = 8, 4  # numbers, and distinct ones, from which a precision is inferred
-# Columns that are printed alike, and the quantity they belong to. A component that stays 0 does not
-# show its precision, so that components are examined together.
-GROUPS: Mapping[str, tuple[str, ...]] = {
-    "t": ("t",),
-    "k": ("kx", "ky", "kz"),
-    "q": ("qw", "qx", "qy", "qz"),
-    "angle": ("theta", "phi", "psi"),
-    "rate": ("wx", "wy", "wz", "theta_dot", "phi_dot", "psi_dot", "omega_3"),
-    "L": ("Lx", "Ly", "Lz"),
-    "v": ("vx", "vy", "vcx", "vcy", "vcz", "nu_x", "nu_y", "rise"),
-    "x": ("x", "y", "z", "height"),
+DISTINCT = 4  # numbers of so few digits: doubles have them by chance with a probability of 1e-22
+# The columns of each quantity whose error is relative to one size.
+COLUMNS_OF = {
+    "k": "kx ky kz qw qx qy qz theta phi psi",
+    "L": "Lx Ly Lz",
+    "v": "vx vy vcx vcy vcz nu_x nu_y",
+    "rate": "wx wy wz theta_dot phi_dot psi_dot omega_3",
+    "x": "x y z",
+    "t": "t",
 }
 
 
@@ -75,9 +73,9 @@ class Assumptions:
 class Rows:
     """The rows of a trajectory.
 
-    ``t`` (s) begins at 0. ``given`` has the columns as read, in our conventions. ``precision`` is
-    half a unit of the last written place of each group of columns over its largest number: it is
-    inferred from the file, and conversions keep it. ``cache`` has results that several checks need.
+    ``t`` (s) begins at 0. ``columns`` are in our conventions. ``precision`` is half a unit of the
+    last written place of each quantity over its largest number: it is inferred from the file, and
+    conversions keep it. ``cache`` has results that several checks need.
     """
 
     assumed: Assumptions
@@ -89,7 +87,11 @@ class Rows:
     @classmethod
     def of(cls, assumed: Assumptions, columns: Columns) -> Rows:
         """Return the rows of the columns of a file."""
-        return cls(assumed, columns["t"] - columns["t"][:1], columns, precisions(columns))
+        rows = cls(assumed, columns["t"] - columns["t"][:1], columns)
+        numbers = {name: rows._numbers(name) for name in COLUMNS_OF}
+        stride = max(1, len(rows.t) // SAMPLED)
+        precision = {name: half_unit(values[:, ::stride]) for name, values in numbers.items()}
+        return replace(rows, precision=precision)
 
     def part(self, chosen: slice | Array) -> Rows:
         """Return some of the rows, by a slice or by indices."""
@@ -187,66 +189,51 @@ class Rows:
     @cached_property
     def rounding(self) -> float:
         """The relative error of the state by the digits in which its columns are written."""
-        sizes = {**self.units, "angle": 1.0, "rate": self.spin_rate}
-        own = {*self.assumed.columns.names}
-        return max((self._half_unit(name, own) / sizes[name] for name in sizes), default=0.0)
+        sizes = {"k": 1.0, "L": self.units["L"], "v": self.units["v"], "rate": self.spin_rate}
+        return max(self._half_unit(name) / size for name, size in sizes.items())
+
+    @property
+    def position_rounding(self) -> float:
+        """Half a unit of the last written place of the position, in R."""
+        return self._half_unit("x") / self.body.R
 
     @property
     def time_rounding(self) -> float:
         """The angle (rad) by which the top turns within the rounding of a time.
 
-        Times of few digits are exact, but where they miss an even spacing by these digits.
+        Times of few digits are exact where they are even.
         """
-        t = self.columns["t"]
-        steps, half = numpy.diff(t), self._half_unit("t", {"t"})
-        usual = float(numpy.sort(steps)[len(steps) // 2])
-        off = float(abs(steps - usual * numpy.rint(steps / usual)).max())
-        rounded = 1e-8 * usual < off <= 2 * half * (1 + 1e-6)
-        return self.spin_rate * (half * rounded + 2 * EPS * float(abs(t).max()))
+        steps = numpy.diff(self.columns["t"])
+        steps = steps / numpy.sort(steps)[len(steps) // 2]
+        even = (abs(steps - numpy.rint(steps)) < 1e-8).all()
+        half = 0.0 if even else self._half_unit("t")
+        return self.spin_rate * (half + 2 * EPS * float(abs(self.columns["t"]).max()))
 
-    def _half_unit(self, group: str, own: set[str]) -> float:
-        """Return half a unit of the last place of the columns ``own`` of a group, in SI."""
-        precision = self.precision.get(group, 0.0)
-        names = [name for name in GROUPS[group] if name in own and name in self.columns]
-        if not precision or not names:
-            return 0.0
-        return precision * max(float(abs(self.columns[name]).max()) for name in names)
+    def _half_unit(self, name: str) -> float:
+        """Return half a unit of the last written place of a quantity, in SI."""
+        return self.precision.get(name, 0.0) * float(abs(self._numbers(name)).max(initial=0.0))
 
-
-def precisions(columns: Columns) -> dict[str, float]:
-    """Return half a unit of the last written place of each group over its largest number."""
-    relative = {}
-    for group, names in GROUPS.items():
-        present = [name for name in names if name in columns]
-        if present:
-            stride = max(1, len(columns["t"]) // MOST_SAMPLED)
-            values = numpy.concatenate([columns[name][::stride] for name in present])
-            relative[group] = half_unit(values)
-    return relative
+    def _numbers(self, quantity: str) -> Array:
+        """Return the columns of a quantity that belong to the state, the position or the time."""
+        own = {*self.assumed.columns.names, *POSITION, "t"} & {*self.columns}
+        names = [name for name in COLUMNS_OF[quantity].split() if name in own]
+        return numpy.array([self.columns[name] for name in names]).reshape(len(names), len(self.t))
 
 
 def half_unit(values: Array) -> float:
-    """Return half a unit of the last place in which numbers are printed, over the largest of them.
+    """Return half a unit of the last place in which numbers are written, over the largest of them.
 
-    Numbers have a fixed number of decimals or of significant digits, or are 32-bit floats; 0 stands
-    for full doubles. A double has 10 decimals by chance with a probability of 4e-5, so that
-    ``FEWEST`` numbers decide. A short decimal may be a 32-bit float: the coarser precision counts.
+    The number with the most digits shows the place; 0 stands for full doubles. A short decimal may
+    be a 32-bit float: the coarser precision counts.
     """
-    numbers = values[numpy.isfinite(values) & (values != 0)]
-    if len(numbers) < FEWEST or numpy.count_nonzero(numpy.diff(numpy.sort(numbers))) < DISTINCT - 1:
+    numbers = numpy.unique(values[numpy.isfinite(values) & (values != 0)])
+    if len(numbers) < DISTINCT:
         return 0.0
-    size = abs(numbers)
-    exponents = numpy.floor(numpy.log10(size * (1 - 1e-9)))  # 1 is printed like 0.999
-    top = float(exponents.max())
-    with numpy.errstate(over="ignore"):
-        single = numbers.astype(numpy.float32)
-    halves = [0.0]
-    if (abs(numbers - single) < 1e-9 * size).all() and len(numpy.unique(single)) >= DISTINCT:
-        halves.append(float(numpy.finfo(numpy.float32).eps) / 2)
-    for digits in range(1, MOST_DIGITS + 1):  # decimals count from the largest number
-        for scale in (top, exponents):
-            shifted = numbers * 10.0 ** (digits - 1 - scale)
-            whole = numpy.rint(shifted)  # a tiny number is no printed 0
-            if (abs(shifted - whole) < 8 * EPS * (1 + 10.0**digits)).all() and whole.all():
-                return max(*halves, 10.0 ** (top - digits + 1) / 2 / float(size.max()))
-    return max(halves)
+    largest = float(abs(numbers).max())
+    single = (numbers == numbers.astype(numpy.float32)).all()
+    half = float(numpy.finfo(numpy.float32).eps) / 2 if single else 0.0
+    digits = max(len(Decimal(repr(x)).normalize().as_tuple().digits) for x in numbers.tolist())
+    if digits <= MOST_DIGITS:
+        exponent = math.floor(math.log10(largest * (1 - 1e-9)))  # 1 is written like 0.999
+        half = max(half, 10.0 ** (exponent - digits + 1) / 2 / largest)
+    return half

@@ -16,7 +16,6 @@ from tt_precise.check.checks import (
     chosen_limits,
     finite,
     judge,
-    position_rounding,
 )
 from tt_precise.check.columns import QUATERNION, TRACK, choose_set, require_whole
 from tt_precise.check.conventions import OURS, convert
@@ -164,7 +163,7 @@ def _checks(
         rows.cache.clear()  # the comparison with the solution needs the memory
     begin, alone = find_start(rows, file_rows.t_first, solution), None
     if by_name["equations"].verdict in ("open", "skipped"):
-        alone = 4 * max(rows.rounding, position_rounding(rows)) + rows.time_rounding
+        alone = 4 * max(rows.rounding, rows.position_rounding) + rows.time_rounding
     end = cutoff if file_rows.finite.holds else float(rows.t[-1])
     golden = distance(rows, texts, begin, file_rows.t_first, end, digits, alone, solution)
     # columns beside the state that the attitude, or the solution, has looked at
