@@ -119,7 +119,7 @@ def test_without_velocity_what_needs_it_is_open(healthy: Healthy) -> None:
     for name in ("energy", "energy_balance", "equations", "contact"):
         assert result[name].verdict == "open"
         assert result[name].note == "needs the velocity: columns vx, vy"
-    refuses("has vx but not vy, expected all of the velocity", healthy()[VECTORS[:-1]])
+    refuses("no vy, expected all columns of the velocity", healthy()[VECTORS[:-1]])
 
 
 def test_until_cuts_a_tail_off(healthy: Healthy) -> None:

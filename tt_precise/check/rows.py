@@ -23,7 +23,7 @@ from tt_precise.scene.scene import Scene
 EPS = float(numpy.finfo(float).eps)
 SAMPLED = 200  # rows from which the precision of a file is inferred
 MOST_DIGITS = 10  # a number of more digits is as precise as a double here
-DISTINCT = 4  # numbers of so few digits: doubles have them by chance with a probability of 1e-22
+DISTINCT = 4  # numbers of so few digits; doubles have them by chance with a probability of 1e-23
 # The columns of each quantity whose error is relative to one size.
 COLUMNS_OF = {
     "k": "kx ky kz qw qx qy qz theta phi psi",

@@ -35,7 +35,7 @@ RAGGED = re.compile(r"but (\d+) were found at row (\d+)")  # the message of nump
 
 
 @contextmanager
-def _reading(where: str) -> Iterator[None]:
+def _readable(where: str) -> Iterator[None]:
     """Raise ``InputError`` in place of the error of a library that cannot read a file."""
     try:
         yield
@@ -73,7 +73,7 @@ class Source:
 
     def texts(self, names: Sequence[str]) -> dict[str, Any]:
         """Return columns as they are, to the last digit."""
-        with _reading(self.where):
+        with _readable(self.where):
             return {name: self._read(self._own[name]) for name in names}
 
     def position(self, row: int) -> str:
@@ -221,7 +221,7 @@ def open_table(source: object, rename: Mapping[str, str] | None = None) -> Sourc
 
 def _open_file(name: str, rename: Mapping[str, str]) -> Source:
     path, where = Path(name), "standard input" if name == "-" else name
-    with _reading(where):
+    with _readable(where):
         if name != "-" and path.stat() and not path.is_file():  # a pipe waits for its writer
             raise OSError(0, "no regular file")
         if path.suffix in READERS:
