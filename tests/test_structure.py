@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import tt_precise
-from tt_precise.claims import committed
+from tt_precise.claims.verdicts import CODE
 from tt_precise.runtime.cache import SOURCES
 
 PACKAGE = Path(tt_precise.__file__).parent
@@ -108,7 +108,7 @@ def missing(places: tuple[str, ...]) -> set[str]:
     return reached - own
 
 
-@pytest.mark.parametrize("places", [SOURCES, committed.CODE])
+@pytest.mark.parametrize("places", [SOURCES, CODE])
 def test_results_are_kept_beside_the_hash_of_all_that_they_rest_on(places: tuple[str, ...]) -> None:
     assert missing(places) == set()
     assert missing(tuple(place for place in places if place != "taylor")) != set()

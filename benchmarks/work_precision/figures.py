@@ -17,7 +17,7 @@ from benchmarks.work_precision.findings import (
     front,
     points,
 )
-from tt_precise.claims.paper import LAMBDA_KEPT
+from tt_precise.claims.claim import LAMBDA_KEPT
 from tt_precise.report import style
 from tt_precise.report.document import Figure
 from tt_precise.report.style import Numbers

@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy
 import pandas
 
-from tt_precise.claims.paper import LAMBDA_KEPT
+from tt_precise.claims.claim import LAMBDA_KEPT
 from tt_precise.runtime.records import Record, means
 from tt_precise.runtime.values import Array
 

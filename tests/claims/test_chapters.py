@@ -12,9 +12,9 @@ import pytest
 from tests.conftest import more
 from tt_precise.claims import Verdict, claims, judge
 from tt_precise.claims import rauch_rutstam as chapters
-from tt_precise.claims.committed import committed
 from tt_precise.claims.evidence.run import REFERENCE, Run, variant
 from tt_precise.claims.rauch_rutstam import section23_curve
+from tt_precise.claims.verdicts import committed
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
 from tt_precise.runtime.values import Scalar
 

@@ -1,4 +1,4 @@
-"""Claims, their list, and judging in this process and in others."""
+"""Claims with their words, their list, and judging in this process and in others."""
 
 from __future__ import annotations
 
@@ -10,7 +10,15 @@ from unittest.mock import Mock
 import pytest
 
 from tt_precise.claims import claim, claim_named, claims, counts, judge_all
-from tt_precise.claims.claim import claims_of
+from tt_precise.claims.claim import (
+    CLAIM_KINDS,
+    HEADLINES,
+    SECTIONS,
+    Wording,
+    claims_of,
+    fill,
+    look_up,
+)
 from tt_precise.claims.part import Part, rounds_to
 from tt_precise.runtime.values import InputError
 
@@ -107,3 +115,61 @@ def test_workers_judge_as_this_process_does() -> None:
     with pytest.raises(InputError):
         judge_all(["NUM-23", "NUM-99"])
     assert judge_all([]) == []
+
+
+WHERE = '\n\n    Sec. 2.1, Fig. 3: "a\n    quote"\n'
+
+
+def test_a_docstring_has_all_words_in_one_line_each() -> None:
+    words = Wording.of(
+        f'A claim\n    of two lines.{WHERE}    Definition: so: "x"\n    Note: A\n    note.\n'
+    )
+    assert words == ("A claim of two lines.", "Sec. 2.1, Fig. 3", "a quote", 'so: "x"', "A note.")
+    assert Wording.of(f"A claim.{WHERE}") == ("A claim.", "Sec. 2.1, Fig. 3", "a quote", "", "")
+
+
+@pytest.mark.parametrize("docstring", ["", "A claim.", f"A claim.{WHERE}\nRemark: so", WHERE])
+def test_other_docstrings_are_refused(docstring: str) -> None:
+    with pytest.raises(ValueError, match="expected a statement"):
+        Wording.of(docstring)
+
+
+NAMES = {"x": 2 / 3, "n": 12, "row": {"a": 1.2345}, "names": ("D", "E~")}
+
+
+@pytest.mark.parametrize(
+    ("text", "filled"),
+    [
+        ("{x:3} s, {x:.1%}", "0.667 s, 66.7 %"),
+        ("{n} of {n:.0f}, {n:1}", "12 of 12, 1e1"),
+        ("{point.real:2} at {row[a]:.3g}", "0.50 at 1.23"),
+        ("{names}, {{x}}", "D, E~, {x}"),
+    ],
+)
+def test_braces_take_numbers_and_texts(text: str, filled: str) -> None:
+    assert fill(text, {**NAMES, "point": 0.5 + 2j}) == filled
+
+
+@pytest.mark.parametrize("text", ["{y}", "{x.t}", "{x[a]}", "{names[9]}"])
+def test_a_misspelt_name_is_refused(text: str) -> None:
+    with pytest.raises(ValueError, match="expected a known one"):
+        fill(text, NAMES)
+
+
+def test_sections_kinds_and_headlines_are_those_of_the_claims() -> None:
+    assert {claim.section for claim in claims().values()} == set(SECTIONS)
+    assert {claim.kind for claim in claims().values()} == set(CLAIM_KINDS.values())
+    assert set(HEADLINES) <= set(claims())
+
+
+@pytest.mark.parametrize(
+    ("id", "expected"), [("num-22", "NUM-22"), ("NUM-99", None), ("EQ", None), ("x" * 999, None)]
+)
+def test_an_id_is_looked_up_in_any_case(id: str, expected: str | None) -> None:
+    table = {"EQ-02": "EQ-02", "NUM-22": "NUM-22"}
+    if expected:
+        assert look_up(id, table) == expected
+        return
+    with pytest.raises(InputError, match="expected an id") as error:
+        look_up(id, table)
+    assert len(str(error.value)) < 200

@@ -1,12 +1,14 @@
-"""The rules that derive a verdict from parts."""
+"""The rules that derive a verdict from parts; committed verdicts are complete, stale or refused."""
 
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
-from tt_precise.claims import part
+from tt_precise.claims import claims, part, verdicts
 from tt_precise.claims.part import Part
-from tt_precise.claims.verdicts import Rule, conclude
+from tt_precise.claims.verdicts import Rule, committed, conclude, run_record, sources
+from tt_precise.runtime.values import InputError
 
 TRUE, FALSE = part.statement(True, "so", "so"), part.statement(False, "so", "not so")
 OPEN = part.untestable("so")
@@ -86,3 +88,36 @@ def test_a_claim_is_proved_if_every_part_is() -> None:
 def test_a_rule_needs_its_number_of_parts(rule: Rule, count: int) -> None:
     with pytest.raises(ValueError, match=f"got {count} parts"):
         conclude(rule, dict.fromkeys("abc"[:count], TRUE), "")
+
+
+def test_every_claim_has_a_committed_verdict() -> None:
+    stored = committed()
+    assert stored is not None
+    assert list(stored.by_id) == list(claims())
+    assert f"commit {stored.run.commit}" in stored.run.origin
+    assert f"{stored.run.seconds} s with" in stored.run.cost
+
+
+@pytest.mark.parametrize(
+    "changed", ["claims/rauch_rutstam/section3_summary.py", "scenes/reference.toml"]
+)
+def test_a_run_of_other_code_is_stale(monkeypatch: pytest.MonkeyPatch, changed: str) -> None:
+    run = run_record(12.3, 2, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
+    assert run.seconds == 12
+    before = run.outdated
+    read = Path.read_bytes
+    spoiled = verdicts.PACKAGE / changed
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"\n# x" * (path == spoiled))
+    sources.cache_clear()
+    assert (before, run.outdated) == (False, True)
+    monkeypatch.undo()
+    sources.cache_clear()
+
+
+def test_a_spoiled_file_is_refused_and_a_missing_one_is_none(tmp_path: Path) -> None:
+    file = tmp_path / "results.json"
+    assert committed(file) is None
+    for text in ("{", "{}", '{"claims": {"claims": []}}', '{"claims": {"claims": [1], "run": {}}}'):
+        file.write_text(text, "utf-8")
+        with pytest.raises(InputError, match=r"expected verdicts.* --again"):
+            committed(file)

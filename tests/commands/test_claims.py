@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Printed, Said
-from tt_precise.claims.committed import JudgingRun
+from tt_precise.claims.verdicts import JudgingRun
 from tt_precise.report import build
 
 CHEAP = "claims --workers 1 NUM-23 EQ-26 EQ-29 TH-17"
@@ -25,7 +25,7 @@ def test_the_run_behind_the_verdicts_is_named(said: Said, monkeypatch: pytest.Mo
         assert "From the run" in text
         assert ("STALE" in text) == stale
     # without committed verdicts they are computed
-    monkeypatch.setattr("tt_precise.claims.committed.committed", lambda: None)
+    monkeypatch.setattr("tt_precise.claims.verdicts.committed", lambda: None)
     assert "From the run" not in said("claims NUM-23 --workers 1")
 
 

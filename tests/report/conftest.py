@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import pytest
 
 from tt_precise.claims import Claim, JudgedClaim, claims, part, verdicts
-from tt_precise.claims.committed import run_record
-from tt_precise.claims.words import Wording
+from tt_precise.claims.claim import Wording
+from tt_precise.claims.verdicts import run_record
 from tt_precise.report import overview
 from tt_precise.report.document import (
     Block,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from tt_precise.claims import Verdict
-from tt_precise.claims.committed import committed
-from tt_precise.claims.paper import SECTIONS as PAPER_SECTIONS
+from tt_precise.claims.claim import SECTIONS as PAPER_SECTIONS
+from tt_precise.claims.verdicts import committed
 from tt_precise.report import document
 from tt_precise.report.build import SECTIONS
 from tt_precise.report.document import MARKS, ClaimList, Figure, PageTable, Section, Text, words

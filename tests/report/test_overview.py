@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from tests.report.conftest import CLAIM
 from tt_precise import golden
 from tt_precise.claims import JudgedClaim
-from tt_precise.claims.committed import committed, run_record
+from tt_precise.claims.verdicts import committed, run_record
 from tt_precise.report import overview
 from tt_precise.report.document import Card, ClaimList, Overview, Section, Text, table
 from tt_precise.report.overview import DRIFT, END, RATIO, TRACK, answer, findings, motion, verdict

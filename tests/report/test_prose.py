@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tt_precise.claims import part as v
-from tt_precise.claims.committed import committed
+from tt_precise.claims.verdicts import committed
 from tt_precise.report import prose
 from tt_precise.report.prose import latex, mathml
 

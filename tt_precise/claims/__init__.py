@@ -1,12 +1,12 @@
-"""The claims of papers, one function each, and their verdicts.
+"""The claims of the paper, one function each, and their verdicts.
 
     >>> import tt_precise as tt
     >>> judged = tt.claims.judge("NUM-23")
     >>> judged.verdict, judged.printed, judged.measured
     ('rounded', '1.8571', '1.8571428571428571429')
 
-``claims()`` lists the claims by id, ``judge_all()`` judges all. ``claims.paper`` has the papers,
-one package for each paper has its claims, and ``claims.verdicts`` has the rules of the verdicts.
+``claims()`` lists the claims by id, ``judge_all()`` judges all. ``rauch_rutstam`` has the claims of
+the paper, ``claims.verdicts`` the rules of the verdicts and the committed ones.
 
 The same rules hold for every claim: ``verdicts.RULES``. Two statements in a sentence are two
 claims, and a note never denies its own verdict.

@@ -13,10 +13,14 @@
         ratio = ...
         return about(printed, ratio), {"ratio": ratio}
 
-The docstring has all words of the claim, see ``words``. The keyword arguments are what the paper
-prints, and the run. The function returns its part, or its parts by name, and the numbers of the
-note; the claim's rule makes the verdict. ``control`` is the verdict that the claim must get with
-the changed arguments behind it.
+The docstring has all words of the claim. Its first paragraph is the statement, the second has the
+place in the paper and the quote, and may have a definition and a note. Braces take a number by its
+name: ``{x:3}`` has three significant digits, ``{x:.1%}`` is such as "12.3 %", and
+``{rows[theta]:.4g}`` and ``{point.t:4}`` look into a value.
+
+The keyword arguments are what the paper prints, and the run. The function returns its part, or its
+parts by name, and the numbers of the note; the claim's rule makes the verdict. ``control`` is the
+verdict that the claim must get with the changed arguments behind it.
 """
 
 from __future__ import annotations
@@ -25,23 +29,117 @@ import importlib
 import inspect
 import pkgutil
 import re
+import string
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
 from types import FunctionType, MappingProxyType
-from typing import Any, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
-from tt_precise.claims import paper
-from tt_precise.claims.paper import CLAIM_KINDS, look_up
+from tt_precise.claims.part import decimal
 from tt_precise.claims.verdicts import Grounds, JudgedClaim, Rule, Verdict, conclude
-from tt_precise.claims.words import Wording, fill
 from tt_precise.runtime.terminal import Progress, silent
+from tt_precise.runtime.values import InputError
 from tt_precise.runtime.workers import Call, Failure, local_pool
 
-CHAPTERS = "tt_precise.claims.rauch_rutstam"  # The package with a module for each chapter.
+T = TypeVar("T")
 Function = Callable[..., Grounds]
+CHAPTERS = "tt_precise.claims.rauch_rutstam"  # The package with a module for each chapter.
+
+# ---- the paper -----------------------------------------------------------------------------------
+
+PAPER = "Rauch-Wojciechowski and Rutstam"
+CITATION = (
+    "S. Rauch-Wojciechowski and N. Rutstam, Dynamics of the Tippe Top: properties of numerical "
+    "solutions versus the dynamical equations"
+)
+SECTIONS = {
+    "1": "Section 1: the model",
+    "2.1": "Section 2.1: the reference solution",
+    "2.2": "Section 2.2: other starts",
+    "2.3": "Section 2.3: energy, torque, potential",
+    "3": "Section 3: summary",
+}
+# Labels of the equations in the paper's source, in the order of their numbers.
+EQUATIONS = ("TTequ", "ddth", "ddph", "dot_om", "nu_x", "nu_y", "equ_for_g_n")
+# Printed numbers on the first screen of the report, by claim.
+HEADLINES = {"NUM-22": "1.8534", "NUM-05": "7.87 s"}
+# The paper's "precision of order 1e-6" of lambda, section 2.1, relative.
+LAMBDA_KEPT = 1e-6
+# Kinds of claims by the letters of their ids.
+CLAIM_KINDS = {
+    "EQ": "equation", "TH": "theorem", "NUM": "number", "QUAL": "quality", "FIG": "figure",
+    "SWP": "sweep", "SUM": "summary", "NT": "setting",
+}  # fmt: skip
 _ID = re.compile(rf"({'|'.join(CLAIM_KINDS)})-[0-9]{{2}}")
+
+
+# ---- words ---------------------------------------------------------------------------------------
+
+_DOCSTRING = re.compile(
+    r'(?P<statement>.+?)\n\n(?P<where>[^"]+): "(?P<quote>[^"]+)"'
+    r"(\nDefinition: (?P<definition>.+?))?(\nNote: (?P<note>.+))?",
+    re.DOTALL,
+)
+
+
+class Wording(NamedTuple):
+    """Statement, place, quote, definition and note of a claim; the last two may be empty."""
+
+    statement: str
+    where: str
+    quote: str
+    definition: str
+    note: str
+
+    @classmethod
+    def of(cls, docstring: str) -> Wording:
+        """Read a docstring.
+
+        Raises
+        ------
+        ValueError
+            The docstring has another form.
+        """
+        words = _DOCSTRING.fullmatch(inspect.cleandoc(docstring))
+        if words is None:
+            raise ValueError(
+                f"words: got {docstring!r}, expected a statement, and in the next paragraph "
+                'where: "quote", Definition: ..., Note: ...'
+            )
+        return cls(
+            **{name: " ".join((text or "").split()) for name, text in words.groupdict().items()}
+        )
+
+
+class _Filler(string.Formatter):
+    def format_field(self, value: Any, spec: str) -> str:
+        if spec.isdigit():
+            return decimal(value, int(spec))
+        if isinstance(value, tuple):  # of texts
+            return ", ".join(value)
+        text: str = super().format_field(value, spec)
+        return text.replace("%", " %") if spec.endswith("%") else text
+
+
+def fill(text: str, names: Mapping[str, Any]) -> str:
+    """Return ``text`` with the numbers and texts of ``names`` in place of the braces.
+
+    Raises
+    ------
+    ValueError
+        A name in braces is not in ``names``.
+    """
+    try:
+        return _Filler().vformat(text, (), names)
+    except (LookupError, AttributeError, TypeError) as error:
+        raise ValueError(
+            f"got the name {error} in braces in {text!r}, expected a known one"
+        ) from error
+
+
+# ---- one claim -----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -103,7 +201,7 @@ class Claim:
         except Exception as error:
             error.add_note(f"while judging {self.id}")
             raise
-        identity = {"id": self.id, "kind": self.kind, "paper": paper.NAME, "section": self.section}
+        identity = {"id": self.id, "kind": self.kind, "paper": PAPER, "section": self.section}
         words = self.words._asdict()
         del words["note"]
         return conclude(self.rule, parts, note, **identity, **words, finding=self.finding)
@@ -160,6 +258,19 @@ def claims() -> Mapping[str, Claim]:
         importlib.import_module(module.name)
     ordered = sorted(_registered.values(), key=lambda claim: claim.order)
     return MappingProxyType({claim.id: claim for claim in ordered})
+
+
+def look_up(id: str, table: Mapping[str, T]) -> T:
+    """The value of ``table`` for a claim's id (in any case).
+
+    Raises ``InputError``: there is no such claim.
+    """
+    if id.upper() not in table:
+        prefix = id.upper().split("-")[0]
+        near = [other for other in table if other.startswith(f"{prefix}-")]
+        some = f"{near[0]} to {near[-1]}" if near else "such as NUM-22"
+        raise InputError(f"claim: got {id[:60]!r}, expected an id {some}; see `tt-precise claims`")
+    return table[id.upper()]
 
 
 def claim_named(id: str) -> Claim:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from tt_precise.claims.paper import CLAIM_KINDS, look_up
+from tt_precise.claims.claim import CLAIM_KINDS, look_up
 from tt_precise.claims.verdicts import Verdict
 from tt_precise.commands import options
 from tt_precise.runtime.terminal import progress_bar
@@ -38,10 +38,10 @@ def claims_command(
     The verdicts come from the last report, and the output names its run; --again recomputes them.
     The exit status is 0 for any verdict, because a claim that does not hold is a result.
     """
-    from tt_precise.claims import claim_named, claims, committed, judge_all
+    from tt_precise.claims import claim_named, claims, judge_all, verdicts
     from tt_precise.runtime.records import UNSET
 
-    stored = committed.committed()
+    stored = verdicts.committed()
     run = None if again or stored is None else stored.run
     if stored is not None and run is not None:
         chosen = {look_up(name, stored.by_id).id for name in ids}
@@ -57,7 +57,7 @@ def claims_command(
     ]  # fmt: skip
     number = Counter[str](claim.verdict for claim in rows)
     counts = {name: number[name] for name in VERDICTS}
-    record = committed.Claims(
+    record = verdicts.Claims(
         claims=tuple(rows), counts=counts, run=run.with_stale if run else UNSET
     )
     if rows and (full or len(rows) <= MOST_IN_FULL):

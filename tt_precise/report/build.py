@@ -13,9 +13,8 @@ from typing import Annotated, Any
 
 from msgspec import convert
 
-from tt_precise.claims.claim import calls_for, in_order, judge
-from tt_precise.claims.committed import FILE, Committed, run_record
-from tt_precise.claims.paper import CITATION
+from tt_precise.claims.claim import CITATION, calls_for, in_order, judge
+from tt_precise.claims.verdicts import FILE, Committed, run_record
 from tt_precise.report import golden, measured, overview, render, solution, starts
 from tt_precise.report.document import Report, Section
 from tt_precise.report.solution import SCENE, precisions

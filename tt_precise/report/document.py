@@ -15,8 +15,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from tt_precise.claims.claim import fill
 from tt_precise.claims.verdicts import JudgedClaim
-from tt_precise.claims.words import fill
 from tt_precise.runtime.values import Json
 
 # The mark of each verdict, shown with its colour.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import pandas
 
-from tt_precise.claims.paper import LAMBDA_KEPT
+from tt_precise.claims.claim import LAMBDA_KEPT
 from tt_precise.report.document import Block, Figure, PageTable, Section
 from tt_precise.report.prose import short
 from tt_precise.runtime.cache import changed

@@ -9,10 +9,8 @@ from markupsafe import Markup
 from msgspec import to_builtins
 
 from tt_precise.claims import JudgedClaim, Verdict, counts
-from tt_precise.claims.committed import Committed, JudgingRun
-from tt_precise.claims.paper import HEADLINES, SECTIONS
-from tt_precise.claims.verdicts import RULES
-from tt_precise.claims.words import fill
+from tt_precise.claims.claim import HEADLINES, SECTIONS, fill
+from tt_precise.claims.verdicts import RULES, Committed, JudgingRun
 from tt_precise.golden import load
 from tt_precise.report.document import Card, ClaimList, Overview, Section, table, words
 from tt_precise.report.prose import full, short

@@ -11,7 +11,7 @@ from urllib.parse import quote
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from tt_precise.claims.paper import SECTIONS
+from tt_precise.claims.claim import SECTIONS
 from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.report.document import (
     MARKS,

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
+from tt_precise.claims.claim import LAMBDA_KEPT
 from tt_precise.claims.evidence.motions import minima
 from tt_precise.claims.evidence.run import REFERENCE, Run, SceneLike
-from tt_precise.claims.paper import LAMBDA_KEPT
 from tt_precise.claims.rauch_rutstam.section23_curve import PRINTED
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.columns import VECTOR_COLUMNS

@@ -13,13 +13,14 @@ from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence.formulas import chart, equal, evaluate, names, parse
 from tt_precise.claims.evidence.motions import cases, growth, paper_odeint, past, tumbles
-from tt_precise.claims.evidence.proved import count, proofs_of
 from tt_precise.claims.evidence.run import (
     FINE,
     MANY,
     REFERENCE,
     Run,
     exact,
+    number_between,
+    proofs_of,
     variant,
 )
 from tt_precise.claims.part import Part, Value, decimal, statement
@@ -512,7 +513,11 @@ def oscillation(run: Run = REFERENCE) -> Grounds:
     inside = int(turns["theta"].between(near, far, inclusive="neither").sum())
     gap, begin = max((float(b - a), float(a)) for a, b in pairwise([0.0, *turns["t"]]))
     turning = run.proofs.events("theta_min", "theta_max")
-    surely = count(turning, "theta", Fraction(near), Fraction(far)) if turning is not None else ()
+    surely = (
+        number_between(turning, "theta", Fraction(near), Fraction(far))
+        if turning is not None
+        else ()
+    )
     proved = bool(surely) and all(number == inside for number in surely)
     shown = f"{inside} times during the inversion, {len(turns)} times in all"
     many = statement(inside >= MANY, "theta_dot changes sign many times", shown, proved=proved)

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
-from tt_precise.claims.evidence import motions, proved
+from tt_precise.claims.evidence import motions
 from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, rising, variant
 from tt_precise.claims.part import Part, Value, about, decimal, statement, statements
@@ -156,7 +156,7 @@ def precession_at_initiation(printed: str = "80", run: Run = REFERENCE) -> Groun
         "last maximum of theta before": partial(at_top, 0),
         "first maximum of theta after": partial(at_top, 1),
     }
-    pairs = zip(values.items(), proved.precession(run.scene), strict=True)
+    pairs = zip(values.items(), runs.precession(run.scene), strict=True)
     parts = {
         name: about(printed, run.confirm(value).within(interval), "rad/s")
         for (name, value), interval in pairs
@@ -184,7 +184,7 @@ def reversals(printed: Sequence[tuple[str, str]] = TWICE_UP, run: Run = REFERENC
     signs = tuple(("-+"[a > 0], "-+"[b > 0]) for a, b in jumps)
     values = [value for jump in jumps for value in jump]
     large = all(abs(value) > LARGE for value in values)
-    peaks = [peak for each, which, _ in ends for peak in proved.reversal(run.scene, each, which)]
+    peaks = [peak for each, which, _ in ends for peak in runs.reversal(run.scene, each, which)]
     sure = large and all(
         peak is not None and all(end * value > 0 and abs(end) > LARGE for end in peak)
         for peak, value in zip(peaks, values, strict=True)

@@ -12,8 +12,15 @@ from tt_precise.claims import part
 from tt_precise.claims.claim import claims_of
 from tt_precise.claims.evidence import run as runs
 from tt_precise.claims.evidence.formulas import chart, equal, identity, parse, quantity
-from tt_precise.claims.evidence.proved import sign_of_precession
-from tt_precise.claims.evidence.run import DEFINITIONS, MANY, REFERENCE, Run, Span, variant
+from tt_precise.claims.evidence.run import (
+    DEFINITIONS,
+    MANY,
+    REFERENCE,
+    Run,
+    Span,
+    sign_of_precession,
+    variant,
+)
 from tt_precise.claims.part import Part, decimal, statement, statements
 from tt_precise.claims.verdicts import Grounds
 from tt_precise.integration import Trajectory

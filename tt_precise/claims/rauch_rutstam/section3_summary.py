@@ -7,8 +7,8 @@ from functools import partial
 
 import pandas
 
-from tt_precise.claims import paper, part
-from tt_precise.claims.claim import claims_of
+from tt_precise.claims import part
+from tt_precise.claims.claim import EQUATIONS, claims_of
 from tt_precise.claims.evidence import formulas, sweeps
 from tt_precise.claims.evidence.run import REFERENCE, Run, Span, rows_of, variant
 from tt_precise.claims.part import Part, decimal, statement, statements
@@ -36,8 +36,8 @@ def cross_reference(first: int = 2, last: int = 6) -> Grounds:
     """
     moving = {"theta_dot": "ddth", "phi_dot": "ddph", "omega_3": "dot_om"}
     needed = [moving.get(name, name) for name in euler.EulerState._fields[1:]]
-    begin, end = (paper.EQUATIONS.index(name) + 1 for name in (needed[0], needed[-1]))
-    right = list(paper.EQUATIONS[first - 1 : last]) == needed
+    begin, end = (EQUATIONS.index(name) + 1 for name in (needed[0], needed[-1]))
+    right = list(EQUATIONS[first - 1 : last]) == needed
     numbers = statement(right, f"({first})-({last})", f"({begin})-({end})")
     return {"the numbers": numbers, FORMS: formulas.prove_identity(FORMS)}
 
