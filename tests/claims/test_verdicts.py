@@ -105,9 +105,11 @@ def test_a_run_of_other_code_is_stale(monkeypatch: pytest.MonkeyPatch, changed: 
     run = run_record(12.3, 2, {"date": "today", "commit": "abc", "versions": "heyoka 1"})
     assert run.seconds == 12
     before = run.outdated
-    read = Path.read_bytes
+    read = Path.read_text
     spoiled = verdicts.PACKAGE / changed
-    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"\n# x" * (path == spoiled))
+    monkeypatch.setattr(
+        Path, "read_text", lambda path, *given: read(path, *given) + "\n# x" * (path == spoiled)
+    )
     sources.cache_clear()
     assert (before, run.outdated) == (False, True)
     monkeypatch.undo()
