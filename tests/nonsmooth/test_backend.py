@@ -26,8 +26,8 @@ def test_what_cannot_take_these_scenes_says_so() -> None:
     flies, sticks = edited("contact-lost", *FLIES), load_scene("coulomb-stick-slip")
     with pytest.raises(NotProved, match="flight after contact changes them"):
         problem_of(flies)
-    for pulled, said in ((flies, "for a scene with flight"), (sticks, "with Coulomb's friction")):
-        with pytest.raises(InputError, match=f"got contact bilateral {said}"):
+    for pulled in (flies, sticks):
+        with pytest.raises(InputError, match="got contact bilateral, expected unilateral"):
             tt.integrate(pulled, contact="bilateral")
     with pytest.raises(InputError, match="event: got stick"):
         tt.integrate(sticks, events=("stick",))

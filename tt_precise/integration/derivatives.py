@@ -28,7 +28,6 @@ from tt_precise.runtime.values import InputError, Scalar, require_name, shortene
 from tt_precise.scene.entries import kept_fixed, written
 from tt_precise.scene.numerals import LARGEST, PI
 from tt_precise.scene.scene import Scene
-from tt_precise.scene.start import Inclination
 
 COLUMNS = ("theta", "omega_3")  # These columns are differentiated by default.
 TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its rounding.
@@ -75,9 +74,6 @@ class Derivatives:
             _value(run.scene, name)
         self._pairs: dict[str, list[list[tuple[Solution, Fraction]]]] = {}
 
-    def __repr__(self) -> str:
-        return f"<Derivatives by {', '.join(self.names)}: frame(), climb, spread()>"
-
     def frame(self, *columns: str) -> Any:
         """Derivatives at the scene's samples: ``t``, and "d COLUMN/d NAME" (SI) for each name.
 
@@ -86,15 +82,14 @@ class Derivatives:
         """
         import pandas
 
-        columns = _require_columns(columns or COLUMNS)
-        end = self._end(self.names)
+        columns, end = _require_columns(columns), self._end(self.names)
         times = [t for t in self.run.sample_times if t <= end]
         table: dict[str, Any] = {"t": [float(t) for t in times]}
         for name in self.names:
             slopes = self._slopes(name, lambda run: _table(run, columns, times))
             for column, (slope, error) in slopes.items():
-                table[f"d {column}/d {name}"] = slope
-                table[f"error:d {column}/d {name}"] = error
+                label = f"d {column}/d {name}"
+                table |= {label: slope, f"error:{label}": error}
         return pandas.DataFrame(table)
 
     @cached_property
@@ -117,8 +112,8 @@ class Derivatives:
         """Columns at the last sample and times of the climb (SI), from uncertain entries.
 
         ``sigmas`` are standard deviations of independent errors: absolute, with a unit ("0.5 deg")
-        or without one, in rad, rad/s and SI even if the scene's file has degrees; or "5 %" of the
-        value. Other entries are exact. The default columns are theta and omega_3.
+        or in SI, or "5 %" of the value. Other entries are exact. The default columns are theta and
+        omega_3.
 
         Returns
         -------
@@ -133,9 +128,8 @@ class Derivatives:
 
         for name in sigmas:
             require_name("spread", name, self.names, expected="sigmas of any of: ")
-        exact = {name: _sigma(self.run.scene, name, sigma) for name, sigma in sigmas.items()}
-        columns = _require_columns(columns or COLUMNS)
-        end = self._end(sigmas)
+        scene, columns = self.run.scene, _require_columns(columns)
+        exact, end = {n: _sigma(scene, n, sigma) for n, sigma in sigmas.items()}, self._end(sigmas)
 
         def values(run: Solution) -> Values:
             last = _table(run, columns, [min(end, run.sample_times[-1])])
@@ -148,9 +142,9 @@ class Derivatives:
         if "equator" not in rows:
             later = self._later(self._centre, {"equator"}).get("equator")
             note = f"not passed by {float(self.run.t_end):g} s, the end of the run{_hint(later)}"
-            rows["equator"] = dict.fromkeys(("value", "sigma", "low", "high"), math.nan)
-            rows["equator"] |= {"note": note}
-        if kept := kept_fixed(exact, self.run.scene.sizes):
+            keys = ("value", "sigma", "low", "high")
+            rows["equator"] = {**dict.fromkeys(keys, math.nan), "note": note}
+        if kept := kept_fixed(exact, scene.sizes):
             for row in rows.values():
                 row["note"] = f"{row['note']}; {kept}".removeprefix("; ")
         return pandas.DataFrame.from_dict(rows, orient="index")
@@ -158,26 +152,23 @@ class Derivatives:
     def _effect(self, name: str, sigma: Fraction, values: Callable[[Solution], Values]) -> Effect:
         size, slopes = float(sigma), self._slopes(name, values)
         linear = {key: (float(x) * size, float(error) * size) for key, (x, error) in slopes.items()}
-        middle = values(self._centre)
+        middle, effect = values(self._centre), Effect(name, linear, [], [])
+        for run in (self._changed(name, -sigma), self._changed(name, sigma)):
+            there = values(run) if run else {}
+            side = {key: float(there.get(key, math.nan) - middle[key]) for key in middle}
+            missing = {key for key, change in side.items() if math.isnan(change)}
+            effect.sides.append(side if run else None)
+            effect.later.append(self._later(run, missing) if run else {})
+        return effect
 
-        def changes(run: Solution) -> dict[str, float]:
-            changed = values(run)
-            return {key: float(changed.get(key, math.nan) - middle[key]) for key in middle}
-
-        runs = [self._changed(name, sign * sigma) for sign in (-1, 1)]
-        sides = [changes(run) if run else None for run in runs]
-        missing = [{key for key, x in (side or {}).items() if math.isnan(x)} for side in sides]
-        later = [self._later(run, keys) for run, keys in zip(runs, missing, strict=True)]
-        return Effect(name, linear, sides, later)
-
-    def _later(self, run: Solution | None, missing: set[str]) -> dict[str, Fraction]:
+    def _later(self, run: Solution, missing: set[str]) -> dict[str, Fraction]:
         """The horizons, of ``LONGER``, at which a run has times that are missing."""
         horizons: dict[str, Fraction] = {}
         for factor in LONGER:
-            if run and missing - horizons.keys():
+            if missing - horizons.keys():
                 scene = run.scene.varied(until=run.scene.until * factor)
-                longer = solve(scene, self._setup("double", 0.0))
-                horizons = dict.fromkeys(_times(longer), scene.until) | horizons
+                times = _times(solve(scene, self._setup("double", 0.0)))
+                horizons = dict.fromkeys(times, scene.until) | horizons
         return horizons
 
     def _end(self, names: Iterable[str]) -> Fraction:
@@ -194,9 +185,8 @@ class Derivatives:
     @cached_property
     def _fine(self) -> Setup:
         """The set-up of the runs whose differences are quotients and ranges."""
-        if refused_in_doubles(self.run.scene):
-            return self._setup("quad", 0.0)
-        return self._setup("double-double", TOLERANCE)
+        wider = refused_in_doubles(self.run.scene)
+        return self._setup(*(("quad", 0.0) if wider else ("double-double", TOLERANCE)))
 
     @cached_property
     def _centre(self) -> Solution:
@@ -212,15 +202,16 @@ class Derivatives:
     def _sides(self, name: str) -> list[list[tuple[Solution, Fraction]]]:
         """The runs below and above, and their changes, from the largest change to the smallest."""
         if name not in self._pairs:
-            value, bits = _value(self.run.scene, name), self._fine.precision.bits
-            self._pairs[name] = []
-            for power in _powers(self.run.scene.start.theta):
-                size = (abs(value) or 1) * Fraction(2) ** -round(bits * power)
+            scene, bits, pairs = self.run.scene, self._fine.precision.bits, []
+            beside = NEAR_A_POLE if scene.start.theta.offset < NEAR else POWERS
+            for power in AT_A_POLE if scene.start.theta.at_pole else beside:
+                size = (abs(_value(scene, name)) or 1) * Fraction(2) ** -round(bits * power)
                 runs = [(self._changed(name, change), change) for change in (-size, size)]
                 if not any(run for run, _ in runs):
-                    _scene_with(self.run.scene, name, size)  # says why
+                    _scene_with(scene, name, size)  # says why
                 centre = self._centre, Fraction(0)
-                self._pairs[name].append([(r, change) if r else centre for r, change in runs])
+                pairs.append([(run, change) if run else centre for run, change in runs])
+            self._pairs[name] = pairs
         return self._pairs[name]
 
     def _slopes(self, name: str, values: Callable[[Solution], Values]) -> dict[str, Any]:
@@ -230,17 +221,17 @@ class Derivatives:
         differs least counts. To that is added what a relative error of one tolerance does to the
         values, and the rounding of the result to double.
         """
-        quotients: list[tuple[Values, Values]] = []
+        quotients: list[dict[str, list[Any]]] = []
         for (below, less), (above, more) in self._sides(name):
             first, last = values(below), values(above)
             width = above.precision.exact(more - less)
+            pairs = {key: (last[key] - x, last[key]) for key, x in first.items() if key in last}
             noise = above.tolerance / width
-            keys = [key for key in first if key in last]
-            quotients.append((
-                {key: numpy.asarray((last[key] - first[key]) / width, float) for key in keys},
-                {key: numpy.asarray(abs(last[key]) * noise, float) for key in keys},
-            ))  # fmt: skip
-        return {key: _best(key, quotients) for key in quotients[-1][0]}
+            quotients.append({
+                key: [numpy.asarray(x, float) for x in (difference / width, abs(value) * noise)]
+                for key, (difference, value) in pairs.items()
+            })  # fmt: skip
+        return {key: _best([q.get(key) for q in quotients]) for key in quotients[-1]}
 
 
 def combine(key: str, value: float, effects: Sequence[Effect]) -> dict[str, Any]:
@@ -276,42 +267,33 @@ def _hint(until: Fraction | None) -> str:
 
 def _times(run: Solution) -> Values:
     """The times of the climb that exist, in s, and the end of a motion that ends early."""
-    climb = times_of(run)
-    times = {"equator": climb.equator}
-    for name in "ABC":
-        ends = getattr(climb, name)
-        times |= {f"{name}.{key}": getattr(ends, key) for key in ("t_init", "t_end", "duration")}
+    climb, ends = times_of(run), itertools.product("ABC", ("t_init", "t_end", "duration"))
+    times = {f"{name}.{end}": getattr(getattr(climb, name), end) for name, end in ends}
+    times = {"equator": climb.equator, **times}
     if run.status not in ARRIVED:
         times["t_end"] = run.t_end
     return {name: t for name, t in times.items() if t is not None}
 
 
-def _powers(theta: Inclination) -> tuple[float, ...]:
-    if theta.at_pole:
-        return AT_A_POLE
-    return NEAR_A_POLE if theta.offset < NEAR else POWERS
-
-
-def _best(key: str, quotients: Sequence[tuple[Values, Values]]) -> tuple[Any, Any]:
-    """The quotient that differs least from its neighbour, and its error."""
+def _best(quotients: Iterable[list[Any] | None]) -> tuple[Any, Any]:
+    """The quotient, of (quotient, noise), that differs least from its neighbour, and its error."""
     best: Any = numpy.float64(math.nan)
     least: Any = best
-    for (coarse, _), (fine, noise) in itertools.pairwise(quotients):
-        if key not in coarse or key not in fine:
-            continue
-        slope = fine[key]
-        with numpy.errstate(invalid="ignore"):
-            error = abs(slope - coarse[key]) + noise[key] + 2.0**-53 * abs(slope)
-        closer = (error < least) | numpy.isnan(least)
-        best, least = numpy.where(closer, slope, best), numpy.where(closer, error, least)
+    for coarse, fine in itertools.pairwise(quotients):
+        if coarse and fine:
+            slope, noise = fine
+            with numpy.errstate(invalid="ignore"):
+                error = abs(slope - coarse[0]) + noise + 2.0**-53 * abs(slope)
+            closer = (error < least) | numpy.isnan(least)
+            best, least = numpy.where(closer, slope, best), numpy.where(closer, error, least)
     return best, least
 
 
-def _require_columns(columns: Sequence[str]) -> tuple[str, ...]:
+def _require_columns(columns: tuple[str, ...]) -> tuple[str, ...]:
     for column in columns:
         expected = "a column or a quantity: "
         require_name("sensitivity", column, [*VECTOR_COLUMNS, *QUANTITIES], expected=expected)
-    return tuple(columns)
+    return columns or COLUMNS
 
 
 def _value(scene: Scene, name: str) -> Fraction:
@@ -327,17 +309,14 @@ def _sigma(scene: Scene, name: str, sigma: Scalar) -> Fraction:
     """A standard deviation of an entry in its unit; text such as "5 %" is a part of its value."""
     what = f"spread: {name}"
     if isinstance(sigma, str) and sigma.rstrip().endswith("%"):
-        value = _value(scene, name)
-        if name == "theta" and scene.start.theta.from_pi:
-            value = PI - value
-        exact = abs(value) * written(sigma.rstrip().removesuffix("%"), what=what) / 100
+        value = abs(_value(scene, name))
+        value = PI - value if name == "theta" and scene.start.theta.from_pi else value
+        exact = value * written(sigma.rstrip().removesuffix("%"), what=what) / 100
     else:
         exact = written(sigma, name, what, scene.body.in_file_units())
-    if not 0 <= exact <= LARGEST:
-        raise InputError(
-            f"{what}: got {shortened(sigma)}, expected a standard deviation, from 0 on"
-        )
-    return exact
+    if 0 <= exact <= LARGEST:
+        return exact
+    raise InputError(f"{what}: got {shortened(sigma)}, expected a standard deviation, from 0 on")
 
 
 def _scene_with(scene: Scene, name: str, change: Fraction) -> Scene:

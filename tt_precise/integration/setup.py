@@ -51,10 +51,9 @@ Events = str | Own | Iterable[Asked | Own]
 class Setup:
     """The settings of an integration; runs with equal setups share a compiled integrator.
 
-    ``events`` and ``record`` are names of the catalogue and of quadratures. ``tolerance`` is
-    relative, 0 for the full accuracy of the precision. ``contact`` is "unilateral"
-    or "bilateral". ``further`` are columns of the scene's states that a rigid contact does not
-    have. ``formulation`` and ``phase`` are those at the start.
+    ``formulation`` and ``phase`` are those at the start, ``record`` are quadratures; ``tolerance``
+    is relative, 0 for the full accuracy of the precision. ``further`` are columns of the scene's
+    states that a rigid contact does not have.
     """
 
     formulation: Formulation
@@ -91,19 +90,19 @@ class Setup:
         if coordinates == "euler":
             _require_euler_angles(scene, working)
         require_name("contact", contact, CONTACTS)
-        if contact == "bilateral" and scene.further_columns:
+        if contact == "bilateral" and (scene.further_columns or scene.may_stick):
             raise InputError(
-                f"{scene.name}: got contact bilateral for a scene with flight or an elastic table, "
-                "expected unilateral"
+                f"{scene.name}: got contact bilateral, expected unilateral with flight, an elastic "
+                "table or Coulomb's friction: they have no contact force for g_n < 0"
             )
         names = asked_for(scene.events if events is None else events, scene.model)
-        marks = {event_named(name, scene.model, law).azimuth for name in names}
+        azimuth = any(event_named(name, scene.model, law).azimuth for name in names)
         return cls(
             formulation=form,
             phase=phase,
             precision=working,
             events=names,
-            record=_checked_record(scene, record, coordinates, True in marks or scene.in_pieces),
+            record=_checked_record(scene, record, coordinates, azimuth or scene.in_pieces),
             tolerance=_checked_tolerance(tolerance, working),
             contact=contact,
             further=scene.further_columns,
@@ -134,10 +133,9 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
 
     Raises ``InputError``: ``events`` has another type.
     """
-    if isinstance(events, str):
-        events = listed(events)
+    names = listed(events) if isinstance(events, str) else events
     chosen: list[Asked] = []
-    for event in events if isinstance(events, Iterable) else [events]:
+    for event in names if isinstance(names, Iterable) else [names]:
         if event == "all":
             chosen += catalogue(model)
         elif isinstance(event, (str, Event)):
@@ -234,20 +232,14 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
     Raises ``InputError``: the top would not stay on the table at t = 0: g_n or its denominator is
     not positive. With ``contact`` "bilateral" g_n may be negative.
     """
-    dry = start.model == "gliding" and not start.body.friction.smooth_at_rest
-    if contact == "bilateral" and dry:
-        raise InputError(
-            f"{name}: got contact bilateral with Coulomb's friction, expected unilateral: for "
-            "g_n < 0 there is no friction cone"
-        )
+    status = ended_at_start(start, contact, fn)
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
-    why = ended_at_start(start, contact, fn)
-    if why == "singular_contact":
+    if status == "singular_contact":
         raise InputError(
             f"{name}: the denominator of g_n is {fn.nstr(denominator / start.body.I1, 6)} I1 "
             "at t = 0, expected above 0: no contact force exists; lower mu or nu_x"
         )
-    if why:
+    if status:
         raise InputError(
             f"{name}: g_n is {fn.nstr(numerator / denominator, 6)} m g at t = 0, expected above 0: "
             'the top is not on the table; lower the start\'s rates, or use contact="bilateral" to '
@@ -257,6 +249,5 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
 
 def no_contact_at_start(setup: Setup, start: InitialState) -> bool:
     """True if g_n is not positive at the start of a run that ignores the contact."""
-    model, fn = setup.formulation.model, setup.precision.context
-    ignored = setup.contact == "bilateral"
-    return bool(ignored and contact_terms(model, start.body, start.vectors, fn)[0] <= 0)
+    bilateral = setup.contact == "bilateral"
+    return bilateral and ended_at_start(start, "unilateral", setup.precision.context) is not None

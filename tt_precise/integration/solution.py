@@ -1,7 +1,7 @@
 """``Solution``: a scene integrated once, by the first backend that accepts it.
 
 A solution is a list of segments, usually one. Where the equations change, another segment begins.
-Each time belongs to one segment, a common end to the earlier segment.
+A time at which two segments meet belongs to the earlier one.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from importlib import import_module
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 import numpy
 
@@ -132,9 +132,10 @@ class Segment:
         A run in double reads the integrator's own evaluation up to the end, or the stored
         ``samples`` if these are the times.
         """
-        end, hardware = times_in(numbers, [self.end_time])[0], isinstance(numbers, Hardware)
-        first, last = (times <= 0).astype(bool), (times >= end).astype(bool)
-        kind, delay = numbers.kind if hardware else object, None
+        first = (times <= 0).astype(bool)
+        last = (times >= times_in(numbers, [self.end_time])[0]).astype(bool)
+        hardware, delay = isinstance(numbers, Hardware), None
+        kind = numbers.kind if hardware else object
         row = [numpy.zeros(len(times), dtype=kind) for _ in self.start_row]
         if hardware and self.setup.precision.is_float and not self.setup.phase.has_clock:
             rounded = times.astype(float)
@@ -147,17 +148,14 @@ class Segment:
         elif inner.any():
             for component, values in zip(row, self.inside(times[inner], numbers), strict=True):
                 component[inner] = values
-        for here, bound in (
-            (last, lambda: self.end_row),
-            (first, lambda: self._first_row(numbers)),
-        ):
+        for here, state in ((last, lambda: self.end_row), (first, lambda: self._start(numbers))):
             if here.any():
-                for component, value in zip(row, bound(), strict=True):
+                for component, value in zip(row, state(), strict=True):
                     component[here] = numbers.number(value)
         return row if delay is None else shifted(self.setup, self.start, row, delay, numbers)
 
-    def _first_row(self, numbers: Any) -> Row:
-        """Return the row at the beginning; in hardware that of the rounded start."""
+    def _start(self, numbers: Any) -> Row:
+        """The row at the beginning; in hardware that of the rounded start."""
         if not isinstance(numbers, Hardware):
             return self.start_row
         start = self.start.once(numbers, lambda: self.start.map(numbers.number))
@@ -239,17 +237,8 @@ class Solution(Memory):
         names = [n for segment in self.segments for n in segment.run.events.hits.name.tolist()]
         return Counter(names + [segment.ended for segment in self.segments if segment.ended])
 
-    @property
-    def touches(self) -> tuple[str, ...]:
-        """Requested events whose functions touch zero, stay zero, or are ``unresolved``."""
-        return self._events_with("touches")
-
-    @property
-    def unresolved(self) -> tuple[str, ...]:
-        """Requested events whose functions are below their error over several extrema."""
-        return self._events_with("unresolved")
-
-    def _events_with(self, kind: str) -> tuple[str, ...]:
+    def events_with(self, kind: Literal["touches", "unresolved"]) -> tuple[str, ...]:
+        """Requested events whose functions ``FoundEvents`` names, of any segment."""
         names = {n for segment in self.segments for n in getattr(segment.run.events, kind)}
         return tuple(name for name in self.setup.watched if name in names)
 
@@ -293,32 +282,24 @@ class Solution(Memory):
         return to_mpmath(exact, self.precision.context) / self.start.units.time
 
     @property
-    def stretches(self) -> tuple[PhaseInterval, ...]:
+    def pieces(self) -> tuple[PhaseInterval, ...]:
         """The segments between mode switches, as ``PhaseInterval``."""
         to_user, unit = self.precision.to_user, self.start.units.time
-        begin, stretches, last = to_user(self.end * 0), [], self.segments[-1]
+        begin, pieces, last = to_user(self.end * 0), [], self.segments[-1]
         for segment in (*(s for s in self.segments[:-1] if s.ended), last):
             end = to_user((segment.begin + segment.end_time) * unit)
             end, status = self.t_end if segment is last else end, segment.ended or self.status
-            stretches.append(PhaseInterval(segment.model, begin, end, status, status in LEAVES))
+            pieces.append(PhaseInterval(segment.model, begin, end, status, status in LEAVES))
             begin = end
-        return tuple(stretches)
-
-
-class Backend(Protocol):
-    """An integrator: a module that is named in ``backends``."""
-
-    def refuses(self, scene: Scene, setup: Setup) -> str | None:
-        """The reason, in one line, to refuse ``scene`` with this set-up; None if accepted."""
-
-    def run(
-        self, scene: Scene, setup: Setup, start: InitialState, progress: Progress | None
-    ) -> list[Segment]:
-        """The run from ``start``."""
+        return tuple(pieces)
 
 
 def backends(scene: Scene) -> Iterator[Any]:
-    """All backends of a scene; each is imported when the earlier ones have refused."""
+    """The integrators for a scene; each is imported when the earlier ones have refused.
+
+    They are modules with ``refuses(scene, setup)``, which gives a reason in one line, or None, and
+    ``run(scene, setup, start, progress)``, which integrates the segments.
+    """
     pieces = [IN_PIECES] if scene.in_pieces else []
     return map(import_module, [HEYOKA, *pieces, SEVERAL_DOUBLES])
 

@@ -94,8 +94,8 @@ def join(blocks: Sequence[Steps], size: int) -> Steps:
 
     def evaluate(step: Array, times: Array, numbers: Any) -> list[Array]:
         rows: list[Array] = []
-        for block, low, high in zip(blocks, first[:-1], first[1:], strict=True):
-            here = (low <= step) & (step < high)
+        for block, low in zip(blocks, first, strict=False):
+            here = (low <= step) & (step < low + len(block))
             if here.any():
                 values = block.evaluate(step[here] - low, times[here], numbers)
                 rows = rows or [numpy.empty((len(step), *x.shape[1:]), x.dtype) for x in values]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy
 
-from tt_precise.integration.columns import POSE, State, expanded, unit_of
+from tt_precise.integration.columns import POSE, State, expanded
 from tt_precise.integration.errors import (
     Errors,
     Level,
@@ -37,11 +37,6 @@ if TYPE_CHECKING:
     from tt_precise.integration.views import Page
 
 
-def is_one(t: Any) -> bool:
-    """True for one time, not several."""
-    return isinstance(t, str) or not isinstance(t, Iterable) or getattr(t, "shape", None) == ()
-
-
 class Trajectory:
     """The solution of a scene from t = 0 to ``t_end``, integrated with the arguments ``setup``.
 
@@ -54,8 +49,9 @@ class Trajectory:
     contact, as ``PhaseInterval``. ``event_counts`` are numbers of events by name; ``touches`` names
     the events whose function has a double zero, stays zero, or is ``unresolved``: lost in rounding
     for a while. No event is recorded there, and more digits decide. ``precision`` is the
-    ``Precision``, ``formulation`` "newton" or "euler", ``steps`` and ``order`` are those of Taylor.
-    ``sensitivity``, as ``Derivatives``, exists for ``integrate(..., sensitivity=[...])``.
+    ``Precision``, ``formulation`` "newton" or "euler", ``tolerance`` relative, an mpmath number;
+    ``steps`` and ``order`` are those of Taylor. ``sensitivity``, as ``Derivatives``, exists for
+    ``integrate(..., sensitivity=[...])``.
 
     Errors are estimated by a further run, which is integrated when they are first asked for.
     Several threads may read from one trajectory. A pickle contains the scene and the set-up, no
@@ -68,10 +64,9 @@ class Trajectory:
         self.run, self.scene, self.setup, self.start = run, run.scene, run.setup, run.start
         self.status, self.steps, self.order = run.status, run.steps, run.order
         self.precision, self.formulation = run.precision, run.setup.formulation.coordinates
-        self.pieces, self.t_end, self.sample_times = run.stretches, run.t_end, run.sample_times
-        self.event_counts, self.touches, self.unresolved = (
-            run.event_counts, run.touches, run.unresolved,
-        )  # fmt: skip
+        self.pieces, self.t_end, self.sample_times = run.pieces, run.t_end, run.sample_times
+        self.event_counts, self.touches = run.event_counts, run.events_with("touches")
+        self.unresolved, self.tolerance = run.events_with("unresolved"), run.tolerance
         self._names = listed(sensitivity)
         if self._names:
             from tt_precise.integration.derivatives import Derivatives
@@ -86,21 +81,21 @@ class Trajectory:
         return Trajectory, (self.run, self._names)
 
     def __repr__(self) -> str:
-        warning = "; contact point at rest at t = 0, held by friction" if self._warning else ""
+        held = self.pieces[0].model == "rolling" and self.scene.rest_warning
+        warning = "; contact point at rest at t = 0, held by friction" if held else ""
         return (
             f"<Trajectory of {self.scene.name}: {self.status}, t_end = {float(self.t_end)!r} s, "
             f"{self.precision.name}, {self.formulation}, {self.steps} steps{warning}>"
         )
 
-    @property
-    def _warning(self) -> str:
-        """The scene's warning where friction holds the contact point from the start; else empty."""
-        return self.scene.rest_warning if self.pieces[0].model == "rolling" else ""
+    def _repr_html_(self) -> str:
+        """Events and state; digits of a slow precision only if they were computed before."""
+        from tt_precise.runtime.files import as_html
 
-    @property
-    def tolerance(self) -> Scalar:
-        """The relative tolerance of the integration, an mpmath number."""
-        return self.run.tolerance
+        estimated = self.errors.available or self.precision.name not in SLOW
+        rows = [("correct digits", f"{self.digits:.1f}")] if estimated else []
+        rows += [(f"event {name}", f"{n} times") for name, n in self.event_counts.most_common()]
+        return as_html(repr(self).strip("<>"), rows) + self.state._repr_html_()
 
     @property
     def state(self) -> State:
@@ -127,7 +122,7 @@ class Trajectory:
     ) -> pandas.DataFrame:
         """A table over time, in SI: column ``t`` and one for each name.
 
-        Values that are undefined (Euler rates at a pole) are missing.
+        Values that are undefined (Euler rates at a pole) are missing: NaN among floats, else None.
 
         Parameters
         ----------
@@ -142,7 +137,8 @@ class Trajectory:
         times
             In s, one or several; by default the scene's samples.
         numbers
-            "float"; "exact" (mpmath numbers in arithmetics wider than double); or "text".
+            "float"; "exact" (mpmath numbers in arithmetics wider than double); or "text", of a
+            double the shortest that recovers it.
         pose
             Append the pose. The scene is integrated again if phi, psi, x and y were not recorded.
         """
@@ -157,21 +153,19 @@ class Trajectory:
         times: Scalar | Iterable[Scalar] | None = None,
         numbers: Numbers = "float",
     ) -> dict[str, Array]:
-        """The columns of ``frame`` by name, without pandas.
-
-        Undefined values are NaN among floats, else None. The text of a double is the shortest that
-        recovers the number.
-        """
+        """The columns of ``frame`` by name, without pandas."""
         require_name("numbers", numbers, get_args(Numbers))
         doubles = isinstance(times, numpy.ndarray) and times.dtype.kind == "f" and times.ndim == 1
         if times is not None and not (doubles and self.precision.is_float):
-            times = tuple(map(as_fraction, [times] if is_one(times) else times))
+            several = isinstance(times, Iterable) and not isinstance(times, str)
+            several = several and getattr(times, "shape", None) != ()
+            times = tuple(map(as_fraction, times if several else [times]))
         columns = expanded(names or self.run.columns.names)
-        return columns_by_name(table_with_errors(self.run, columns, times, numbers))
+        return table_with_errors(self.run, columns, times, numbers)
 
     @property
     def errors(self) -> Errors:
-        """The errors of the run, estimated by reference runs."""
+        """The errors of the run, estimated by a finer run."""
         return errors_of(self.run)
 
     @property
@@ -181,7 +175,7 @@ class Trajectory:
 
     @property
     def digits(self) -> float:
-        """Correct digits of the worst component of ``state``, from ``error_estimate``."""
+        """Correct digits of the worst component of ``state``."""
         return self.errors.digits_at_end
 
     @property
@@ -199,16 +193,15 @@ class Trajectory:
         return self.event_frame(self.run.columns.names)
 
     def event_frame(self, *names: Any) -> pandas.DataFrame:
-        """The recorded events in order of time: name, t (s), direction, and the columns ``names``.
+        """``events`` with the columns ``names`` as in ``frame``, but no drifts; also "error:t".
 
-        ``names`` are columns as in ``frame``, but no drifts, also "error:t". An event that ends a
-        segment has the values just before it.
+        An event that ends a segment has the values just before it.
         """
         import pandas
 
-        return pandas.DataFrame(columns_by_name(self.event_table(expanded(names))))
+        return pandas.DataFrame(self.event_table(expanded(names)))
 
-    def event_table(self, names: Sequence[Any] | None = None) -> dict[Any, Array]:
+    def event_table(self, names: Sequence[Any] | None = None) -> dict[str, Array]:
         """The columns of ``event_frame``, by default those of the state."""
         return events_with_errors(self.run, self.run.columns.names if names is None else names)
 
@@ -219,11 +212,8 @@ class Trajectory:
         Drifts are computed from the states in finer arithmetic: in double in long double.
         """
         number = float if self.precision.is_float else self.precision.context.mpf
-        return Drifts((n, number(max(values))) for n, values in self.drift_over_time().items())
-
-    def drift_over_time(self) -> dict[str, Any]:
-        """Relative drift of each conserved quantity, at each of ``sample_times``."""
-        return drift_over_time(self.run)
+        drifts = drift_over_time(self.run)
+        return Drifts((name, number(max(values))) for name, values in drifts.items())
 
     def plot(
         self, *names: Any, beside: Mapping[str, Trajectory] | None = None, label: str | None = None
@@ -243,41 +233,21 @@ class Trajectory:
         path: str | Path | None = None,
         *,
         beside: Mapping[str, Trajectory] | None = None,
-        label: str | None = None,
-        seconds: float = 12.0,
-        begin: float = 0.0,
-        end: float | None = None,
+        **options: Any,
     ) -> Page:
         """Write a page on which the top moves, with its track on the table; a notebook shows it.
 
         ``path`` ends in .html; by default it is the scene's name, and is printed. The tops of the
-        trajectories ``beside`` move at the same time, under their labels, as in ``plot``, from
-        ``begin`` to ``end`` (s; by default the whole trajectory), at first in about ``seconds``.
+        trajectories ``beside`` move at the same time, under their labels; the ``label`` is that of
+        this one, as in ``plot``. Times are from ``begin`` to ``end`` (s; by default the whole
+        trajectory), at first in about ``seconds`` (12).
         """
         from tt_precise.integration.views import animate
 
         if path is None:
             path = f"{self.scene.name}.html"
             print(f"{path}: open it in a browser")
-        options: Any = {"label": label or "", "seconds": seconds, "begin": begin, "end": end}
         return animate(self.run, path, others=_runs(beside), **options)
-
-    def _repr_html_(self) -> str:
-        """Show outcome and five digits; a slow precision shows digits computed before only."""
-        from tt_precise.runtime.files import as_html
-
-        estimated = self.errors.available or self.precision.name not in SLOW
-        values = end_state(self.run).values.items()
-        lines: list[tuple[str, str]] = [
-            ("outcome", self.status),
-            *([("WARNING", self._warning)] if self._warning else []),
-            *([("correct digits", f"{self.digits:.1f}")] if estimated else []),
-            ("integration", f"{self.precision.name}, {self.formulation}, {self.steps} steps"),
-            ("t_end", _short(self.t_end, "s")),
-            *((name, _short(value, unit_of(name))) for name, value in values),
-            *((f"event {name}", f"{n} times") for name, n in self.event_counts.most_common()),
-        ]
-        return as_html(f"Trajectory of {self.scene.name}", lines)
 
     @cached_property
     def inversion(self) -> InversionTimes:
@@ -299,17 +269,6 @@ class Trajectory:
         from tt_precise.integration.inversion import errors_of_times
 
         return errors_of_times(self.run)
-
-
-def columns_by_name(columns: Mapping[Any, Array]) -> dict[str, Array]:
-    """Columns by their shown names."""
-    return {getattr(name, "name", name): column for name, column in columns.items()}
-
-
-def _short(value: Scalar, unit: str) -> str:
-    if value is None:
-        return "undefined"
-    return f"{float(value):#.5g} {unit}".removesuffix(" 1")
 
 
 def _runs(beside: Mapping[str, Trajectory] | None) -> dict[str, Solution]:
@@ -368,10 +327,9 @@ def integrate(
     InputError
         The scene or an argument cannot be used, or the digits cannot be reached.
     """
-    loaded = load_scene(scene)
-    changes = {"until": until, "sample_every": sample_every}
-    if changes := {name: value for name, value in changes.items() if value is not None}:
-        loaded = loaded.varied(**changes)
+    run_table = {"until": until, "sample_every": sample_every}
+    changes = {name: value for name, value in run_table.items() if value is not None}
+    loaded = load_scene(scene).varied(**changes) if changes else load_scene(scene)
     record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
@@ -384,9 +342,6 @@ def integrate(
 
     if digits is None:
         return Trajectory(run(Level(precision or "double", tolerance, bits)), sensitivity)
-    for name, value in (("precision", precision), ("bits", bits), ("tolerance", tolerance)):
-        if value:
-            raise InputError(
-                f"digits: got a {name} too, which digits choose; expected one of the two"
-            )
+    if precision or bits or tolerance:
+        raise InputError("digits: got a precision, bits or a tolerance too, which digits choose")
     return Trajectory(integrate_to_digits(digits, loaded, run), sensitivity)

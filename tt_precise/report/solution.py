@@ -20,6 +20,7 @@ from tt_precise.claims.rauch_rutstam.section23_curve import PRINTED
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.columns import VECTOR_COLUMNS
 from tt_precise.integration.precision import KINDS
+from tt_precise.integration.reading import drift_over_time
 from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report import style
 from tt_precise.report.document import Block, PageTable, Section
@@ -370,7 +371,7 @@ class PrecisionRun:
     @cached_property
     def drift(self) -> dict[str, Sequence[Scalar]]:
         """Relative drift of the scene's conserved quantities, at each sample."""
-        return self.trajectory.drift_over_time()
+        return drift_over_time(self.trajectory.run)
 
 
 @cache

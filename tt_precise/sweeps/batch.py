@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.integration.equations import Equations, longest_step, terminal_functions
+from tt_precise.integration.equations import Equations, longest_step, rigid_ends
 from tt_precise.integration.heyoka_backend import numeric_options
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
@@ -84,7 +84,7 @@ class BatchIntegrator:
         # heyoka computes the step size of a single lane by other functions, which round otherwise
         self.lanes = max(2, lanes)
         equations = Equations.of(form)
-        terminal = terminal_functions(form, equations.motion)
+        terminal = rigid_ends(equations)
         if contact == "bilateral":
             del terminal["contact_lost"]
         options = numeric_options(Setup(formulation=form, precision=DOUBLE))
