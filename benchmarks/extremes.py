@@ -17,6 +17,7 @@ from benchmarks.evidence import MEASURED, write
 from tt_precise.extremes import TOPICS, CaseRecord, Extremes, cases, run_cases
 from tt_precise.report import style
 from tt_precise.report.style import Numbers
+from tt_precise.runtime import plotting
 from tt_precise.runtime.cache import code_of
 from tt_precise.runtime.terminal import progress_bar, say
 from tt_precise.runtime.workers import cores
@@ -40,7 +41,7 @@ def outcomes(axes: list[Axes], document: Extremes) -> Numbers:
     above, below = axes
     values = {case.name: case.value for case in document.cases}
     for pole, label, colour, marker in (
-        ("", "upright", style.BLUE, "o"), ("pi - ", "inverted", style.RED, "v")
+        ("", "upright", plotting.BLUE, "o"), ("pi - ", "inverted", plotting.RED, "v")
     ):  # fmt: skip
         start = f"theta(0) = {pole}1e-"
         points = [
@@ -54,8 +55,8 @@ def outcomes(axes: list[Axes], document: Extremes) -> Numbers:
     for index, topic in enumerate(TOPICS):
         shares = sorted(share(case) for case in document.cases if case.topic == topic)
         spread = [index + 0.7 * i / len(shares) for i in range(len(shares))]
-        below.semilogy(spread, shares, ".", color=style.BLUE)
-    below.axhline(1, color=style.RED, linewidth=0.8, linestyle="--")
+        below.semilogy(spread, shares, ".", color=plotting.BLUE)
+    below.axhline(1, color=plotting.RED, linewidth=0.8, linestyle="--")
     below.set_xticks([index + 0.35 for index in range(len(TOPICS))], list(TOPICS))
     below.set_ylabel("error over its limit")
     return {"least": LEAST}

@@ -33,13 +33,9 @@ COMMANDS = {
 }
 # The files of commands that share one; the others have a file of their name.
 FILES = {
-    "thresholds": "events",
-    "columns": "check",
-    "tradeoff": "numerics",
-    "extremes": "numerics",
-    "engines": "check",
-    "report": "claims",
-}
+    "thresholds": "events", "columns": "check", "engines": "check", "report": "claims",
+    "tradeoff": "numerics", "extremes": "numerics",
+}  # fmt: skip
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT, SIGPIPE, SIGTERM
 # The errors of a system that has no more space, memory or open files.

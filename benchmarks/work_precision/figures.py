@@ -21,6 +21,7 @@ from tt_precise.claims.claim import LAMBDA_KEPT
 from tt_precise.report import style
 from tt_precise.report.document import Figure
 from tt_precise.report.style import Numbers
+from tt_precise.runtime import plotting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,19 +38,23 @@ class Line(NamedTuple):
 
 
 LINES = {
-    "heyoka": Line("heyoka", style.BLUE, "o"),
-    "CyRK VERN8": Line("CyRK Vern8", style.GREEN, "^"),
-    "CyRK DOP853": Line("CyRK DOP853", style.GREEN, "s"),
-    "diffrax Dopri8": Line("diffrax Dopri8", style.ORANGE, "D"),
-    "diffrax Tsit5": Line("diffrax Tsit5", style.ORANGE, "v"),
-    "SciPy DOP853, numba": Line("SciPy DOP853", style.RED, "s"),
-    "SciPy RK45, numba": Line("SciPy RK45", style.RED, "v"),
-    "SciPy LSODA, numba": Line("SciPy LSODA", style.RED, "x"),
-    "SciPy odeint, numba": Line("SciPy odeint", style.PURPLE, "+"),
-    "SciPy Radau, numba": Line("SciPy Radau", style.RED, "*"),
-    "SUNDIALS CVODE Adams": Line("SUNDIALS Adams", style.BLACK, "P"),
+    "heyoka": Line("heyoka", plotting.BLUE, "o"),
+    "CyRK VERN8": Line("CyRK Vern8", plotting.GREEN, "^"),
+    "CyRK DOP853": Line("CyRK DOP853", plotting.GREEN, "s"),
+    "diffrax Dopri8": Line("diffrax Dopri8", plotting.ORANGE, "D"),
+    "diffrax Tsit5": Line("diffrax Tsit5", plotting.ORANGE, "v"),
+    "SciPy DOP853, numba": Line("SciPy DOP853", plotting.RED, "s"),
+    "SciPy RK45, numba": Line("SciPy RK45", plotting.RED, "v"),
+    "SciPy LSODA, numba": Line("SciPy LSODA", plotting.RED, "x"),
+    "SciPy odeint, numba": Line("SciPy odeint", plotting.PURPLE, "+"),
+    "SciPy Radau, numba": Line("SciPy Radau", plotting.RED, "*"),
+    "SUNDIALS CVODE Adams": Line("SUNDIALS Adams", plotting.BLACK, "P"),
 }
-ARITHMETICS = {"double": (style.BLUE, "o"), "quad": (style.GREEN, "D"), "mp": (style.RED, "^")}
+ARITHMETICS = {
+    "double": (plotting.BLUE, "o"),
+    "quad": (plotting.GREEN, "D"),
+    "mp": (plotting.RED, "^"),
+}
 
 
 @style.figure("work-precision", [3.6])
@@ -85,16 +90,16 @@ def hidden_by_conservation(axes: list[Axes], rows: pandas.DataFrame) -> Numbers:
     mine = conservation_scatter(rows)
     (panel,) = axes
     for family, colour in (
-        ("SciPy", style.RED), ("diffrax", style.ORANGE), ("CyRK", style.GREEN),
-        ("SUNDIALS", style.BLACK), ("heyoka", style.BLUE),
+        ("SciPy", plotting.RED), ("diffrax", plotting.ORANGE), ("CyRK", plotting.GREEN),
+        ("SUNDIALS", plotting.BLACK), ("heyoka", plotting.BLUE),
     ):  # fmt: skip
         part = mine[mine["method"].str.startswith(family)]
         panel.loglog(part["jellett_drift"], part["error_on_way"], ".", color=colour, label=family)
     ends = numpy.array([1e-16, 1.0])
-    panel.loglog(ends, ends, color=style.GREY, linewidth=0.8, linestyle="--")
+    panel.loglog(ends, ends, color=plotting.GREY, linewidth=0.8, linestyle="--")
     panel.annotate("error = drift", (1e-11, 1e-11), xytext=(4, -10),
-                   textcoords="offset points", color=style.GREY)  # fmt: skip
-    panel.axvline(LAMBDA_KEPT, color=style.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
+                   textcoords="offset points", color=plotting.GREY)  # fmt: skip
+    panel.axvline(LAMBDA_KEPT, color=plotting.BLACK, linewidth=0.8, linestyle=(0, (4, 3)))
     panel.set_xlabel(r"largest $|\lambda(t)/\lambda(0)-1|$")
     panel.set_ylabel("largest error of the state")
     style.legend(panel)
@@ -108,7 +113,7 @@ def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Numbers:
     scenes = list(dict.fromkeys(rows["scene"]))
     for panel, scene in zip(axes, scenes, strict=True):
         mine = rows[rows["scene"] == scene]
-        for integral, colour in zip(GROWING, (style.BLUE, style.ORANGE), strict=True):
+        for integral, colour in zip(GROWING, (plotting.BLUE, plotting.ORANGE), strict=True):
             for _, seed in mine.groupby("seed"):
                 panel.loglog(seed["t_s"], seed[integral].abs(), color=colour, linewidth=0.3,
                              alpha=0.35)  # fmt: skip
@@ -116,7 +121,7 @@ def growth_of_errors(axes: list[Axes], rows: pandas.DataFrame) -> Numbers:
             panel.loglog(rms.index, rms, color=colour, linewidth=1.6, label=names[integral])
         times = numpy.array([mine["t_s"].min(), mine["t_s"].max()])
         level = float(rms.iloc[0])
-        panel.loglog(times, level * numpy.sqrt(times / times[0]), "--", color=style.BLACK,
+        panel.loglog(times, level * numpy.sqrt(times / times[0]), "--", color=plotting.BLACK,
                      label=r"$t^{1/2}$")  # fmt: skip
         panel.set_ylim(1e-17, None)
         panel.set_ylabel(f"relative error, {scene}")

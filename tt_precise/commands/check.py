@@ -85,25 +85,9 @@ if TYPE_CHECKING:
 )
 @click.option("--verbose", is_flag=True, help="Print the table of all checks.")
 def check_command(
-    trajectory: str,
-    scene: str,
-    columns: tuple[str, ...],
-    engine: str | None,
-    limits: tuple[str, ...],
-    until: float | None,
-    digits: float | None,
-    friction: str,
-    start: str,
-    allow: tuple[str, ...],
-    world: str,
-    axis: str,
-    folder: str | None,
-    as_json: bool,
-    junit: str | None,
-    markdown: str | None,
-    plot: str | None,
-    verbose: bool,
-) -> int:
+    trajectory: str, scene: str, columns: tuple[str, ...], limits: tuple[str, ...], as_json: bool,
+    junit: str | None, markdown: str | None, plot: str | None, verbose: bool, **settings: Any,
+) -> int:  # fmt: skip
     """Check the conservation laws on TRAJECTORY.
 
     TRAJECTORY is a file .csv (or gzipped), .parquet, .arrow, .h5, .hdf5, .mat (7.3), .json, .jsonl
@@ -138,17 +122,9 @@ def check_command(
                 trajectory,
                 scene,
                 limits=read_limits(limits),
-                until=until,
-                digits=digits,
-                friction=friction,
-                start=start,
-                allow=allow,
-                engine=engine,
-                world=world,
-                axis=axis,
                 columns=renaming(columns),
-                folder=folder,
                 progress=progress,
+                **settings,
             )
     except InputError as error:
         refused = unusable(trajectory, scene, one_line(str(error)))

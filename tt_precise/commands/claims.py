@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,7 +37,7 @@ def claims_command(
     The verdicts come from the last report, and the output names its run; --again recomputes them.
     The exit status is 0 for any verdict, because a claim that does not hold is a result.
     """
-    from tt_precise.claims import claim_named, claims, judge_all, verdicts
+    from tt_precise.claims import claim_named, claims, counts, judge_all, verdicts
     from tt_precise.runtime.records import UNSET
 
     stored = verdicts.committed()
@@ -55,16 +54,13 @@ def claims_command(
         claim for claim in rows
         if (not kind or claim.kind in kind) and (not verdict or claim.verdict in verdict)
     ]  # fmt: skip
-    number = Counter[str](claim.verdict for claim in rows)
-    counts = {name: number[name] for name in VERDICTS}
-    record = verdicts.Claims(
-        claims=tuple(rows), counts=counts, run=run.with_stale if run else UNSET
-    )
+    tally = counts(rows)
+    record = verdicts.Claims(claims=tuple(rows), counts=tally, run=run.with_stale if run else UNSET)
     if rows and (full or len(rows) <= MOST_IN_FULL):
         lines = [line for claim in rows for line in in_full(claim)]
     else:
         lines = [f"{claim.id:<8} {claim.verdict:<13} {claim.statement}" for claim in rows]
-        total = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+        total = ", ".join(f"{count} {name}" for name, count in tally.items() if count)
         lines += [f"{len(rows)} claims: {total or 'none'}.", "--full shows quotes and notes."]
     if run is not None:
         lines += [f"From {run.origin}.", "--again recomputes."]

@@ -11,9 +11,9 @@ import numpy
 from jinja2 import Template
 
 from tt_precise.golden import proofs, store
-from tt_precise.report import style
 from tt_precise.report.document import TEMPLATES, Block, Figure, PageTable, Panel, Section
-from tt_precise.report.style import Numbers, figure
+from tt_precise.report.style import LETTERS, Numbers, figure
+from tt_precise.runtime.plotting import BLUE, GREY, RED, thinned
 from tt_precise.runtime.values import InputError, Json
 
 if TYPE_CHECKING:
@@ -64,21 +64,21 @@ def proof_section() -> Section:
         results[name] = {"proof": verdict}
         if proof is None:
             continue
-        content, manifest = proof, store.read_files(name).manifest
+        manifest = store.read_files(name).manifest
         rows[-1] |= {
             "to t (s)": f"{float(manifest['t_end']):.4g}",
-            "bits": str(content["bits"]),
-            "steps": str(content["steps"]),
+            "bits": str(proof["bits"]),
+            "steps": str(proof["steps"]),
             "digits proved, worst column": str(manifest["digits"]),
-            "numbers proved correctly rounded": f"{content['rounded']} of {content['entries']}",
-            "events proved": str(sum(content["proved_events"].values())),
-            "contact force": _contact(content["contact"]),
+            "numbers proved correctly rounded": f"{proof['rounded']} of {proof['entries']}",
+            "events proved": str(sum(proof["proved_events"].values())),
+            "contact force": _contact(proof["contact"]),
         }
         digits.append((name, manifest["digits"], manifest["digits"]))
-        times += _times(name, content["inversion"])
-        limits += _limits(name, content["forever"])
+        times += _times(name, proof["inversion"])
+        limits += _limits(name, proof["forever"])
         keys = ("contact", "proved_events", "inversion", "forever")
-        proved = {key: content[key] for key in ("rounded", "entries", *keys)}
+        proved = {key: proof[key] for key in ("rounded", "entries", *keys)}
         results[name] |= {"digits": manifest["digits"], **proved}
     blocks: dict[str, Block] = {
         "proofs-table": PageTable.of(rows, folded=True),
@@ -157,7 +157,7 @@ def every_scene(names: Sequence[str]) -> Figure:
     """Draw theta over time in each scene."""
     panels = [_panel(name) for name in names]
     template = Template((TEMPLATES / "panels.svg.j2").read_text("utf-8"), autoescape=True)
-    colours = {"letters": style.LETTERS, "grey": style.GREY, "blue": style.BLUE}
+    colours = {"letters": LETTERS, "grey": GREY, "blue": BLUE}
     rows = math.ceil(len(panels) / CELL["columns"])
     svg = template.render(panels=panels, rows=rows, **CELL, **colours)
     return Figure.of("golden-scenes", f"{svg}\n", {"scenes": len(names)}, panels)
@@ -169,7 +169,7 @@ def _panel(name: str) -> Panel:
         numpy.array([float(cell) for cell in stored.trajectory.column(column)])
         for column in ("t", "theta")
     )
-    at = style.thinned(times, angles, BINS)
+    at = thinned(times, angles, BINS)
     across = times[at] * (PANEL[0] / times[-1])
     down = PANEL[1] - 2 - (PANEL[1] - 4) * angles[at] / math.pi
     points = (f"{x:.1f} {y:.1f}" for x, y in zip(across, down, strict=True))
@@ -183,9 +183,9 @@ def proved_digits(axes: list[Axes], digits: Sequence[tuple[str, int, int]]) -> N
     """(scene, claimed, proved) digits as bars."""
     (panel,) = axes
     names, claimed, proved = zip(*digits, strict=True)
-    panel.barh(range(len(digits)), proved, color=style.BLUE, height=0.62)
+    panel.barh(range(len(digits)), proved, color=BLUE, height=0.62)
     for row, count in enumerate(claimed):
-        panel.plot([count, count], [row - 0.42, row + 0.42], color=style.RED, linewidth=2)
+        panel.plot([count, count], [row - 0.42, row + 0.42], color=RED, linewidth=2)
     panel.set_yticks(range(len(digits)), names, fontsize=7.5)
     panel.invert_yaxis()
     panel.grid(visible=False, axis="y")

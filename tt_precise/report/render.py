@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 from urllib.parse import quote
@@ -11,7 +10,7 @@ from urllib.parse import quote
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from tt_precise.claims.claim import SECTIONS
+from tt_precise.claims.claim import SECTIONS, counts
 from tt_precise.claims.verdicts import JudgedClaim, Verdict
 from tt_precise.report.document import (
     MARKS,
@@ -153,7 +152,7 @@ def lead(text: str) -> str:
 
 def tally(claims: Sequence[JudgedClaim]) -> list[tuple[str, int]]:
     """Count the claims with each verdict, in the order of the legend."""
-    counted = Counter[str](claim.verdict for claim in claims)
+    counted = counts(claims)
     return [(verdict, counted[verdict]) for verdict in MARKS]
 
 

@@ -25,19 +25,8 @@ from tt_precise.mechanics.quantities import effective_potential
 from tt_precise.report import style
 from tt_precise.report.document import Block, PageTable, Section
 from tt_precise.report.prose import short
-from tt_precise.report.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    Numbers,
-    figure,
-)
-from tt_precise.runtime.plotting import SYMBOLS
+from tt_precise.report.style import Numbers, figure
+from tt_precise.runtime.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, SYMBOLS
 from tt_precise.runtime.values import Array, Scalar
 from tt_precise.scene.scene import load_scene
 

@@ -19,7 +19,7 @@ from tt_precise.report.document import Block, PageTable, Section
 from tt_precise.report.prose import full
 from tt_precise.report.style import Numbers, figure
 from tt_precise.runtime.cache import cached_table
-from tt_precise.runtime.plotting import SYMBOLS
+from tt_precise.runtime.plotting import BLACK, BLUE, GREEN, ORANGE, SYMBOLS
 from tt_precise.runtime.values import Array, Json
 from tt_precise.runtime.workers import local_pool
 from tt_precise.scene.scene import Scene, load_scene
@@ -36,7 +36,7 @@ FILE = "sweeps-maps.csv.gz"
 DIGITS = 50  # Digits to which thresholds are computed.
 SHOWN = 20  # Digits of a threshold on the page.
 VERSION = 2  # Version of everything here that the definition does not contain.
-DEFINITIONS = {"A": (style.BLUE, "-"), "B": (style.ORANGE, "--"), "C": (style.GREEN, ":")}
+DEFINITIONS = {"A": (BLUE, "-"), "B": (ORANGE, "--"), "C": (GREEN, ":")}
 
 
 @figure("times-by-precession", [1.9, 1.9, 1.9])
@@ -207,7 +207,7 @@ def _draw_map(axes: list[Axes], name: str, threshold: float | None = None) -> di
             legend.set_bbox_to_anchor((0, 1))
             legend.set_ncols(len(legend.get_patches()))
         if threshold is not None:
-            panel.axhline(threshold, color=style.BLACK, linewidth=1, linestyle="--")
+            panel.axhline(threshold, color=BLACK, linewidth=1, linestyle="--")
         panel.set(xlabel="", ylabel=LABELS[y.name])
         panel.grid(visible=False)
     axes[-1].set_xlabel(LABELS[x.name])

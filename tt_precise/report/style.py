@@ -13,17 +13,13 @@ from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec
 
 from tt_precise.report.document import Figure
 from tt_precise.runtime import plotting
-from tt_precise.runtime.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, thinned
+from tt_precise.runtime.plotting import GREY, thinned
 from tt_precise.runtime.values import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Drawing
 
-__all__ = [
-    "BLACK", "BLUE", "GREEN", "GREY", "ORANGE", "PURPLE", "RED", "SKY", "curve",
-    "figure", "legend", "moments", "note", "svg_text", "thinned",
-]  # fmt: skip
 P = ParamSpec("P")
 Numbers = Mapping[str, Any]  # Numbers of a caption, by their names in ``templates/words.md``.
 WIDTH = 5.6  # Width of a figure in inches.

@@ -15,12 +15,12 @@ import numpy
 
 from tt_precise.integration.equations import Equations, longest_step, rigid_ends
 from tt_precise.integration.heyoka_backend import numeric_options
-from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import Setup
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.runtime.terminal import import_heyoka
 from tt_precise.runtime.values import Array
 from tt_precise.scene.scene import InitialState
+from tt_precise.sweeps.columns import DOUBLE
 
 heyoka = import_heyoka()
 
@@ -30,7 +30,6 @@ ROOM = 1000
 # Steps between two looks at the lanes: an ended lane idles for half of them, 2 % of a motion.
 STEPS_PER_CALL = 64
 MOST_STEPS = 5_000_000  # A motion with more Taylor steps has failed.
-DOUBLE = precision_named("double")
 
 
 class LaneSteps(NamedTuple):

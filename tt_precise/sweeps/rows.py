@@ -25,8 +25,8 @@ from tt_precise.mechanics.thresholds import lambda_thres
 from tt_precise.runtime.values import Arithmetic, Array
 from tt_precise.scene.scene import InitialState
 from tt_precise.sweeps import columns as names
-from tt_precise.sweeps.batch import DOUBLE, BatchIntegrator, LaneEnd, LaneSteps
-from tt_precise.sweeps.columns import SMALLEST_FORCE, Statistic, rows_of
+from tt_precise.sweeps.batch import BatchIntegrator, LaneEnd, LaneSteps
+from tt_precise.sweeps.columns import DOUBLE, SMALLEST_FORCE, Statistic, rows_of
 from tt_precise.sweeps.starts import Sweep
 from tt_precise.sweeps.zeros import CLIMB, TURN, PeakSearch, RowZeros, ZeroSearch
 
