@@ -18,9 +18,9 @@ from tt_precise.check.residuals import (
     by_any_force,
     by_law,
     differentiate,
-    integrate_rates,
     norm,
     nutation,
+    stencils,
     unresolved,
 )
 
@@ -33,13 +33,17 @@ def right(hertz: int, until: float = 0.5) -> pandas.DataFrame:
 
 def test_polynomials_are_exact_to_their_degree() -> None:
     t = numpy.sort(numpy.random.default_rng(3).random(30))
-    for count in (6, 8):
-        for rows in (t, numpy.arange(30) / 30):
-            power = count - 1
-            integrals = integrate_rates(rows, rows[None] ** power, count)[0]
+    for rows in (t, numpy.arange(30) / 30):
+        for count in (6, 8):
+            power, h = count - 1, numpy.diff(rows)
+            (near, whole), (_, slope) = (stencils(rows, count, way) for way in (True, False))
+            integrals = (whole * rows[near] ** power).sum(axis=1) * h
             assert abs(integrals - numpy.diff(rows ** (power + 1)) / (power + 1)).max() < 1e-9
-            slopes = differentiate(rows, rows[None] ** power, count)[0]
-            assert abs(slopes - power * rows[:-1] ** (power - 1)).max() < 1e-7
+            rates = (slope * rows[near] ** power).sum(axis=1) / h
+            assert abs(rates - power * rows[:-1] ** (power - 1)).max() < 1e-7
+        rates, error = differentiate(rows, rows[None] ** 5)
+        assert abs(rates - 5 * rows[:-1] ** 4).max() < 1e-7
+        assert error.max() < 1e-7
 
 
 @pytest.mark.parametrize("hertz", [120, 240, 960])

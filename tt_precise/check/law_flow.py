@@ -3,6 +3,7 @@
 A state (13, n) has the orientation q (4), the angular momentum L (3), the velocity v (3) and the
 position x (3) of the centre of mass. Each state is in a phase, which has one contact force: the top
 glides, rolls, rests on the contact point under Coulomb's law, flies, or presses an elastic table.
+Each phase has a margin, which is positive until the phase ends.
 
 The flow is Gragg's method: the explicit midpoint rule in 2, 4, 6, ... steps is extrapolated to step
 length zero (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.9). Where
@@ -38,14 +39,19 @@ HALVINGS = 5
 # Angle (rad) that twelve columns resolve to 1e-13, and the most between two rows.
 TURN = 1.8
 MOST_TURN = TURN * 2**HALVINGS
-AT_ONCE = 2048  # States whose arrays fit into the processor's cache.
 ON_TABLE = 1e-9  # Height in R up to which the lowest point touches a rigid table.
 # Speed of a resting contact point in R omega: v + omega x a has some hundred roundings.
 AT_REST = 256 * EPS
+# Angle (rad) of the spin from the end of a motion up to which a row is at this end: rounding, and a
+# thousandth of the limit of the equations.
+LATE = 1e-9
+# Distance of a neighbouring start, relative to the sizes, that shows how errors grow through a
+# change of phase: above rounding by six digits, and small enough for a linear estimate.
+NEARBY = 1e-10
+FINE_SAMPLES = 32  # Samples of the margin from row to row where it may be the least of all.
 
 GLIDING, ROLLING, RESTING, FLIGHT, ELASTIC = "gliding", "rolling", "resting", "flight", "elastic"
-Rates = Callable[[Array], Array]
-Watch = Callable[[Array], Array]
+Function = Callable[[Array], Array]
 
 
 class FlowEnd(NamedTuple):
@@ -73,14 +79,12 @@ class ContactLaw:
     height: bool
     speed: float
 
-    def phases(self, y: Array) -> list[tuple[Array, str]]:
-        """Return the indices of the states in each phase."""
-        count = y.shape[1]
+    def phases(self, y: Array) -> Array:
+        """Return the names of the states' phases."""
         scene, body, state = self.scene, self.body, self.vectors(y)
-        phase = numpy.full(count, ROLLING if scene.model == "rolling" else GLIDING, dtype="U7")
+        phase = numpy.full(y.shape[1], ROLLING if scene.model == "rolling" else GLIDING, "U7")
         if scene.may_stick:
-            rests = numpy.hypot(state.vx, state.vy) <= AT_REST * self.speed
-            phase[rests] = RESTING
+            phase[numpy.hypot(state.vx, state.vy) <= AT_REST * self.speed] = RESTING
         if scene.model == "flight":
             phase[:] = FLIGHT
         elif self.height and body.spring:
@@ -88,8 +92,7 @@ class ContactLaw:
             phase = numpy.where(pushes, ELASTIC, FLIGHT)
         elif self.height:
             phase[state.height > ON_TABLE * body.R] = FLIGHT
-        names = [name for name in (GLIDING, ROLLING, RESTING, FLIGHT, ELASTIC) if name in phase]
-        return [(numpy.flatnonzero(phase == name), name) for name in names]
+        return phase
 
     def vectors(self, y: Array) -> LiftedState:
         """Return the states as vectors, with the height of the lowest point and its rate."""
@@ -116,19 +119,29 @@ class ContactLaw:
     def margin(self, phase: str, y: Array) -> Array:
         """Return a function of states that is positive until the phase ends.
 
-        It is the normal force (N), the height (m) in flight, and the margin of the friction cone
-        (N^2) at rest.
+        It is the height (m) in flight, the margin of the friction cone (N^2) at rest, else the
+        normal force over the weight. Where a gliding contact point may come to rest, the margin is
+        its speed over R omega if that is less.
         """
-        state = self.vectors(y)
+        body, state = self.body, self.vectors(y)
         if phase == FLIGHT:
             return state.height if self.height else 1 + 0 * state.height
         if phase == RESTING:
-            margin: Array = friction.cone_margin(self.body, NewtonState(*state[:6], 0.0, 0.0))
-            return margin
-        normal: Array = self.force(phase, state)[2] + 0 * state.kx
+            cone: Array = friction.cone_margin(body, NewtonState(*state[:6], 0.0, 0.0))
+            return cone
+        normal: Array = self.force(phase, state)[2] / (body.m * body.g) + 0 * state.kx
+        if phase == GLIDING and self.scene.may_stick:
+            return numpy.minimum(normal, numpy.hypot(state.vx, state.vy) / self.speed)
         return normal
 
-    def rates(self, phase: str) -> Rates:
+    def margins(self, phases: Array, y: Array) -> Array:
+        """Return the margin of each state in its phase."""
+        margins = numpy.empty(len(phases))
+        for phase in numpy.unique(phases):
+            margins[phases == phase] = self.margin(phase, y[:, phases == phase])
+        return margins
+
+    def rates(self, phase: str) -> Function:
         """Return the time derivative of states in a phase: L' = a x F, m v' = F - m g z."""
         body = self.body
 
@@ -145,21 +158,38 @@ class ContactLaw:
 
         return derivative
 
+    @numpy.errstate(all="ignore")
     def flow(self, y: Array, spans: Array, sizes: Array, tolerance: float) -> FlowEnd:
         """Propagate states over their ``spans`` (s), each in its phase."""
-        end = FlowEnd(y.copy(), *numpy.full((2, len(spans)), numpy.inf))
-        with numpy.errstate(all="ignore"):
-            turn = numpy.sqrt((y[4:7] ** 2).sum(axis=0)) / min(self.body.I1, self.body.I3) * spans
-            slow = turn <= MOST_TURN
-            for indices, phase in self.phases(y):
-                rates, watch = self.rates(phase), lambda here, p=phase: self.margin(p, here)
-                indices = indices[slow[indices]]
-                for first in range(0, len(indices), AT_ONCE):
-                    at = indices[first : first + AT_ONCE]
-                    most = float(turn[at].max())
-                    part = propagate(rates, y[:, at], spans[at], sizes, tolerance, watch, most)
-                    end.state[:, at], end.error[at], end.least[at] = part
+        end, phases = FlowEnd(y.copy(), *numpy.full((2, len(spans)), numpy.inf)), self.phases(y)
+        turn = numpy.sqrt((y[4:7] ** 2).sum(axis=0)) / min(self.body.I1, self.body.I3) * spans
+        for phase in numpy.unique(phases):
+            rates, watch = self.rates(phase), lambda here, p=phase: self.margin(p, here)
+            at = numpy.flatnonzero((phases == phase) & (turn <= MOST_TURN))
+            most = float(turn[at].max(initial=0.0))
+            part = propagate(rates, y[:, at], spans[at], sizes, tolerance, watch, most)
+            end.state[:, at], end.error[at], end.least[at] = part
         return end
+
+    @numpy.errstate(all="ignore")
+    def least_margins(self, y: Array, spans: Array, sizes: Array) -> Array:
+        """Return the least margin of each state's phase on its way."""
+        shares = numpy.arange(FINE_SAMPLES + 1) / FINE_SAMPLES
+        start, phases = numpy.repeat(y, len(shares), axis=1), self.phases(y)
+        end = self.flow(start, numpy.outer(spans, shares).ravel(), sizes, 1e-9)
+        margins = self.margins(numpy.repeat(phases, len(shares)), end.state)
+        return _lower_bound(margins.reshape(len(spans), -1).T, 1 / 8)
+
+    def may_change(self, y: Array, least: Array) -> Array:
+        """Return the intervals between states in which the phase may change.
+
+        It stays if it is the same at both ends, and its margin is positive at both ends and, by the
+        lower bounds ``least``, between them.
+        """
+        phases = self.phases(y)
+        inside = self.margins(phases, y) >= 0
+        changes: Array = ~((phases[:-1] == phases[1:]) & inside[:-1] & inside[1:] & (least > 0))
+        return changes
 
 
 def attitude_rate(q: Array, omega: Array | Vector) -> Array:
@@ -169,8 +199,8 @@ def attitude_rate(q: Array, omega: Array | Vector) -> Array:
 
 
 def propagate(
-    rates: Rates, start: Array, spans: Array, sizes: Array, tolerance: float,
-    watch: Watch | None = None, turn: float = 0.0, halvings: int = HALVINGS,
+    rates: Function, start: Array, spans: Array, sizes: Array, tolerance: float,
+    watch: Function | None = None, turn: float = 0.0, halvings: int = HALVINGS,
 ) -> FlowEnd:  # fmt: skip
     """Propagate the states ``start`` (components, n) over ``spans`` (s).
 
@@ -197,17 +227,21 @@ def propagate(
 
 
 def _extrapolate(
-    rates: Rates, start: Array, spans: Array, sizes: Array, tolerance: float, watch: Watch | None
-) -> FlowEnd:
+    rates: Function, start: Array, spans: Array, sizes: Array, tolerance: float,
+    watch: Function | None,
+) -> FlowEnd:  # fmt: skip
     """Return the extrapolated states; the last two columns differ by the error."""
-    slope = rates(start)
-    row: list[Array] = []
+    slope, row, watched = rates(start), list[Array](), list[Array]()
     error, least = numpy.full((2, len(spans)), numpy.inf)
+
+    def watching(y: Array) -> Array:
+        if watch:
+            watched.append(watch(y))
+        return rates(y)
+
     for column in range(1, COLUMNS + 1):
-        watched: list[Array] | None = [] if watch and column == WATCHED_COLUMN else None
-        previous, row = row, [_midpoint(rates, start, slope, spans / (2 * column), column, watched)]
-        if watch and watched:
-            least = _lower_bound(numpy.array([watch(y) for y in watched]))
+        stage = watching if column == WATCHED_COLUMN else rates
+        previous, row = row, [_midpoint(stage, start, slope, spans, 2 * column)]
         for j, coarse in enumerate(previous):
             ratio = (column / (column - 1 - j)) ** 2
             row.append(row[j] + (row[j] - coarse) / (ratio - 1))
@@ -215,92 +249,57 @@ def _extrapolate(
             continue
         before, error = error, (abs(row[-1] - previous[-1]) / sizes).max(axis=0)
         enough = (error <= tolerance).all() or not (error < before).any()
-        if column >= WATCHED_COLUMN and enough and (column > FIRST_COLUMNS or error.max() < 1):
+        if (
+            column >= WATCHED_COLUMN
+            and enough
+            and (column > FIRST_COLUMNS or error.max(initial=0.0) < 1)
+        ):
             break
+    if watched:  # the midpoint rule's own error deserves all of the second difference
+        least = _lower_bound(numpy.array(watched), 1.0)
     return FlowEnd(start + row[-1], error, least)
 
 
-def _midpoint(
-    rates: Rates, start: Array, slope: Array, h: Array, column: int, watched: list[Array] | None
-) -> Array:
-    """Return the change of states by 2 ``column`` steps of ``h``; ``watched`` gets their states."""
+def _midpoint(rates: Function, start: Array, slope: Array, spans: Array, steps: int) -> Array:
+    """Return the change of states by ``steps`` of the midpoint rule."""
+    h = spans / steps
     before, change = numpy.zeros_like(start), h * slope
-    for _ in range(2 * column - 1):
-        here = start + change
-        if watched is not None:
-            watched.append(here)
-        before, change = change, before + 2 * h * rates(here)
+    for _ in range(steps - 1):
+        before, change = change, before + 2 * h * rates(start + change)
     return change
 
 
-def _lower_bound(values: Array) -> Array:
+def _lower_bound(values: Array, share: float) -> Array:
     """Return a lower bound of a function that has ``values`` (points, n) at even distances.
 
-    Between two points it dips below them by an eighth of its second difference at most; the
-    midpoint rule's own error deserves all of it.
+    Between two points it dips below them by a ``share`` of its second difference at most: an eighth
+    if the values are accurate.
     """
     bend = abs(numpy.diff(values, n=2, axis=0)).max(axis=0)
-    bound: Array = values.min(axis=0) - bend
+    bound: Array = values.min(axis=0) - share * bend
     return bound
 
 
-def least_margin(law: ContactLaw, y: Array, spans: Array, sizes: Array, points: int = 8) -> Array:
-    """Return the least margin of each state's phase on its way, from ``points`` parts of the span.
+def integrate_scene(law: ContactLaw, y: Array, spans: Array) -> tuple[LiftedState, Array]:
+    """Integrate the scene from states through all changes of its phase.
 
-    The flow to the minimum of the parabola through the three lowest points finds a short dip.
+    Returns the states after their ``spans`` (s), NaN where the motion ends before, and the error
+    bounds: two roundings a step, times the growth of the distance from a neighbouring start.
     """
-    count = len(spans)
-    shares = numpy.repeat(numpy.arange(points + 1) / points, count)
-    margins = _margins(
-        law, numpy.tile(y, points + 1), shares * numpy.tile(spans, points + 1), sizes
-    )
-    values = margins.reshape(points + 1, count)
-    low = numpy.clip(values.argmin(axis=0), 1, points - 1)
-    before, here, after = (values[low + shift, numpy.arange(count)] for shift in (-1, 0, 1))
-    vertex = numpy.clip(numpy.nan_to_num((before - after) / (before - 2 * here + after) / 2), -1, 1)
-    least: Array = numpy.fmin(
-        values.min(axis=0), _margins(law, y, (low + vertex) / points * spans, sizes)
-    )
-    return least
+    state = numpy.array(law.vectors(y))
+    sizes = numpy.repeat([1.0, 0.0, law.speed, law.body.R, law.speed], (3, 3, 2, 1, 1))[:, None]
+    sizes[3:6] = numpy.sqrt((state[3:6] ** 2).sum(axis=0)).max(initial=0.0)
+    nearby = state + NEARBY * numpy.resize([1.0, -1.0], 10)[:, None] * sizes * (state != 0)
+    ends, steps = numpy.full((2, *state.shape), numpy.nan), numpy.zeros(len(spans))
+    for i, span in enumerate(spans.tolist()):
+        ends[0, :, i], steps[i] = _through_switches(law, state[:, i], span)
+        ends[1, :, i], _ = _through_switches(law, nearby[:, i], span)
+    growth = numpy.fmax((abs(ends[1] - ends[0]) / sizes).max(axis=0) / NEARBY, 1.0)
+    return LiftedState(*ends[0]), EPS * 2 * steps * growth
 
 
-def _margins(law: ContactLaw, y: Array, spans: Array, sizes: Array) -> Array:
-    """Return the margins of the phases of the states ``y``, ``spans`` (s) later."""
-    end, margins = law.flow(y, spans, sizes, 1e-9), numpy.empty(len(spans))
-    for indices, phase in law.phases(y):
-        margins[indices] = law.margin(phase, end.state[:, indices])
-    return numpy.where(numpy.isfinite(end.error), margins, numpy.inf)
-
-
-def switch_intervals(law: ContactLaw, y: Array, spans: Array, least: Array) -> Array:
-    """Return the intervals between rows in which the phase may change.
-
-    The phase stays if it is the same at both ends, its margin is positive from row to row, and the
-    contact point neither comes to rest nor leaves rest: twice the rate of v_A at either end would
-    not bring it to 0.
-    """
-    count = y.shape[1]
-    phase, margin, change = numpy.empty(count, dtype="U7"), numpy.empty(count), numpy.zeros(count)
-    state = law.vectors(y)
-    for indices, name in law.phases(y):
-        phase[indices], margin[indices] = name, law.margin(name, y[:, indices])
-        if name == GLIDING and law.scene.may_stick:
-            here = NewtonState(*(component[indices] for component in state[:8]))
-            force = law.force(name, LiftedState(*here, 0 * here.kx, 0 * here.kx))
-            x, y_, _ = newton.contact_acceleration(law.body, here, force)
-            change[indices] = 2 * numpy.hypot(x, y_)
-    stays = (phase[:-1] == phase[1:]) & (margin[:-1] >= 0) & (margin[1:] >= 0) & (least > 0)
-    speed, slides = numpy.hypot(state.vx, state.vy), phase[:-1] == GLIDING
-    glides = (speed[:-1] > change[:-1] * spans) & (speed[1:] > change[1:] * spans)
-    return ~(stays & (glides | ~slides)) if law.scene.may_stick else ~stays
-
-
-def through_switches(law: ContactLaw, row: Array, span: float) -> tuple[Array, float, int]:
-    """Integrate the scene from the vectors ``row`` (SI) through all changes of its phase.
-
-    Returns the state after ``span`` (s), or where the motion ends, the time (s) until then, and the
-    number of steps.
-    """
+def _through_switches(law: ContactLaw, row: Array, span: float) -> tuple[Array, int]:
+    """Return the state (10,) after ``span`` (s), and the number of steps."""
     from tt_precise.integration.setup import Setup, ended_at_start
     from tt_precise.mechanics.formulations import STATE_DIMENSIONS
     from tt_precise.nonsmooth import backend
@@ -310,10 +309,11 @@ def through_switches(law: ContactLaw, row: Array, span: float) -> tuple[Array, f
 
     setup = Setup.of(law.scene, events=(), record=())
     start = InitialState.of(law.scene, setup.precision.arithmetic)
-    fn, names = setup.precision.context, LiftedState._fields[: len(row)]
+    fn, names = setup.precision.context, LiftedState._fields
     units = [start.units.of_dimension(STATE_DIMENSIONS[name]) for name in names]
-    components = [fn.mpf(float(x)) / unit for x, unit in zip(row, units, strict=True)]
-    state: Any = LiftedState(*components, *[fn.mpf(0)] * (10 - len(row)))
+    state: Any = LiftedState(*(fn.mpf(float(x)) / u for x, u in zip(row, units, strict=True)))
+    if not law.height:
+        state = state._replace(height=fn.mpf(0), rise=fn.mpf(0))
     if numpy.hypot(*row[6:8]) <= AT_REST * law.speed:
         state = state._replace(vx=fn.mpf(0), vy=fn.mpf(0))
     spring = law.scene.body.spring
@@ -327,9 +327,10 @@ def through_switches(law: ContactLaw, row: Array, span: float) -> tuple[Array, f
         else:
             segments = backend.run(law.scene, setup, start, None)
     except InputError:  # the law does not say how the motion goes on
-        return row, 0.0, 0
+        return numpy.full(10, numpy.nan), 0
     last = segments[-1]
-    there = (*last.columns.motion(last.end_row).state, 0, 0)
-    end = [float(x * unit) for x, unit in zip(there, units, strict=False)]
-    steps = sum(segment.run.steps for segment in segments)
-    return numpy.array(end), float((last.begin + last.end_time) * start.units.time), steps
+    late = span - float((last.begin + last.end_time) * start.units.time)
+    there = (*last.columns.motion(last.end_row).state, 0, 0)[:10]
+    end = numpy.array([float(x * unit) for x, unit in zip(there, units, strict=True)])
+    ended = late * law.speed / law.body.R > LATE
+    return numpy.where(ended, numpy.nan, end), sum(segment.run.steps for segment in segments)
