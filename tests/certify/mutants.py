@@ -26,6 +26,7 @@ MUTANTS = [
     ),
     *of(K, "s1_a_constant_defect_grows",
         ("gain = ((growth - 1) / a).upper() if a > 0 else length", "gain = length"),
+        ("gain = ((growth - 1) / a)", "gain = ((growth - 1) * a)"),
     ),
     *of(K, "s2_a_ball_of_starts_grows",
         ("[x(length) for x in p]", "[x(length * (1 - arb(2) ** -70)) for x in p]"),

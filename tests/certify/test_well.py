@@ -176,8 +176,7 @@ def test_the_reference_top_approaches_the_inverted_spin(precision: str, formulat
 
 
 def test_a_top_in_the_other_direction_does_the_same() -> None:
-    mirrored = load_scene("reference").varied(omega_3="-155")
-    assert outcome(mirrored).end.verdict == "inverted"
+    assert outcome(load_scene("reference").varied(omega_3="-155")).end.verdict == "inverted"
 
 
 @pytest.mark.parametrize(
