@@ -117,11 +117,6 @@ def test_two_builds_do_not_share_a_folder(small: Small) -> None:
         building.build([small.scene], folder=small.folder, workers=1)
 
 
-def few(scene: str, rows: int = 12) -> Table:
-    table = read_files(scene).trajectory
-    return Table(table.columns, table.rows[:rows])
-
-
 @pytest.mark.parametrize(
     ("scene", "names"),
     [
@@ -131,6 +126,8 @@ def few(scene: str, rows: int = 12) -> Table:
     ],
 )
 def test_integrals_are_constant_to_all_digits(scene: str, names: set[str]) -> None:
-    constant = constancies(read_files(scene).scene, few(scene))
+    stored = read_files(scene)
+    few = Table(stored.trajectory.columns, stored.trajectory.rows[:12])
+    constant = constancies(stored.scene, few)
     assert constant.keys() & {"jellett", "jellett_euler"} == names
     assert min(constant.values()) >= DIGITS - 1
