@@ -85,11 +85,11 @@ def s1_errors_of_pieces_add_up(trusted: Any) -> None:
 @control
 def s1_a_constant_defect_grows(trusted: Any) -> None:
     """x' = a x + c with c in a ball: the defect d is constant, and its effect is d G, not d S."""
-    growth = arb(2).exp()
-    for a in (8, arb(0.5)):
-        one = Enclosing(trusted, lambda y, a=a: [y[0] * a + arb(0, TINY)], [arb(1)], 40)
+    growth, c = arb(2).exp(), arb(0, TINY)
+    for a, rates in ((8, lambda y: [y[0] * 8 + c]), (arb(0.5), lambda y: [y[0] / 2 + c])):
+        one = Enclosing(trusted, rates, [arb(1)], 40)
         one.on(arb(2) / a)
-        everywhere(one, *([growth + c * (growth - 1) / a] for c in (-TINY, TINY)))
+        everywhere(one, *([growth + x * (growth - 1) / a] for x in (-TINY, TINY)))
 
 
 @control
