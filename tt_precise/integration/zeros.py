@@ -21,16 +21,18 @@ All functions share one axis of positions: the steps of the function i begin at 
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy
 
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import MOST_EVENTS
-from tt_precise.integration.precision import DOUBLES, Hardware, functions_of
+from tt_precise.integration.precision import DOUBLES
 from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
@@ -113,36 +115,6 @@ def nothing_found(setup: Setup) -> FoundEvents:
     return FoundEvents(Hits(names, none, directions, (none,) * len(setup.layout.columns)))
 
 
-class Points(NamedTuple):
-    """Values of functions at positions, in order, with their errors in double.
-
-    ``reach`` is the width of the part around an extremum, 0 for other points.
-    """
-
-    position: Array
-    value: Array
-    error: Array
-    reach: Array
-
-
-class Intervals(NamedTuple):
-    """Intervals of steps on which functions are polynomials of a variable from -1 to 1."""
-
-    begin: Array
-    width: Array
-    monomials: Array
-
-
-class SignChanges(NamedTuple):
-    """Functions, and positions on both sides of their zeros with the values there."""
-
-    which: Array
-    low: Array
-    high: Array
-    before: Array
-    behind: Array
-
-
 class Zeros:
     """A search for the events of a set-up, from the steps of a run block by block.
 
@@ -154,13 +126,12 @@ class Zeros:
         # others than those of the catalogue may bend or jump
         self._bent = numpy.array([not event.smooth for event in self.events], dtype=bool)
         self._names = numpy.array([event.name for event in self.events], dtype=object)
-        self._direction = numpy.array([event.direction for event in self.events], dtype=int)
         self._numbers, self._rounding = setup.precision.numbers, 2.0**-setup.precision.bits
         self._wide = not setup.precision.is_float
         self._hits: list[Hits] = []
         self._lost: Any = 0.0  # relative errors of the components so far
-        self._sign = 0 * self._direction  # the last sign of each function that counts
-        self._undecided = 0 * self._direction  # points since then
+        self._sign = [0] * len(self.events)  # the last sign of each function that counts
+        self._undecided = [0] * len(self.events)  # points since then
         self._touches, self._unresolved = set[int](), set[int]()
         self._continued = continued or bool(start.row)
 
@@ -170,7 +141,7 @@ class Zeros:
         Raises ``InputError``: there are too many, or a function jumps or is undefined.
         """
         with numpy.errstate(all="ignore"), self.setup.precision.mpfr.precision():
-            for first in range(0, len(steps), MOST_STEPS_AT_ONCE):
+            for first in range(0, len(steps) if self.events else 0, MOST_STEPS_AT_ONCE):
                 self._search(steps.of(slice(first, first + MOST_STEPS_AT_ONCE)))
 
     def _search(self, steps: Steps) -> None:
@@ -181,20 +152,21 @@ class Zeros:
         self._after_rest = self._continued and self.count == 1 and not steps.begin[0]
         row = steps.sampled(nodes(NODES))
         table = numpy.empty((NODES, len(self.events), self.count))
-        for i, value in enumerate(self.values(range(len(self.events)), row, numpy)):
+        for i, value in enumerate(self._values(range(len(self.events)), row, numpy)):
             table[:, i] = value
         self._measure_errors(row)
         self._require_defined(table)
         points, intervals = self._separated(table)
-        brackets = self._brackets(points)
-        if len(brackets.which):
-            self._refine(brackets, intervals)
+        points = self._decided(points)
+        high = self._changes_of_sign(*points)
+        if len(high):
+            self._refine(points, high, intervals)
 
     def collect(self) -> FoundEvents:
         """Return the events so far."""
-        late = numpy.flatnonzero((self._sign != 0) & (self._undecided > TANGENCY))
-        unresolved = self._unresolved.union(late.tolist())
-        touches = self._touches.union(unresolved, numpy.flatnonzero(self._sign == 0).tolist())
+        pairs = list(enumerate(zip(self._sign, self._undecided, strict=True)))
+        unresolved = self._unresolved | {i for i, (sign, n) in pairs if sign and n > TANGENCY}
+        touches = self._touches | unresolved | {i for i, (sign, _) in pairs if not sign}
         names = [frozenset(self._names[sorted(which)]) for which in (touches, unresolved)]
         hits = nothing_found(self.setup).hits
         if self._hits:
@@ -203,7 +175,19 @@ class Zeros:
             hits = Hits(name, time, direction, tuple(state))
         return FoundEvents(hits.of(numpy.argsort(hits.time, kind="stable")), *names)
 
-    def values(
+    def broken(self, which: Sequence[int], time: float) -> InputError:
+        """Return the refusal of functions that jump or are undefined at a dimensionless time."""
+        names = ", ".join(self._names[sorted(which)])
+        seconds = time * float(self.start.units.time)
+        return InputError(
+            f"events: got {names}, which jumps or is undefined at t = {seconds:.6g} s, expected a "
+            "continuous function that is defined everywhere, such as theta_max or phi_dot_zero, or "
+            "extremum:gliding_speed"
+        )
+
+    # ---- values and errors ----------------------------------------------------------------------
+
+    def _values(
         self, which: Sequence[int], row: Sequence[Scalar], fn: Functions, number: Any = float
     ) -> Iterator[Scalar]:
         """Evaluate some functions at rows of any arithmetic."""
@@ -221,74 +205,17 @@ class Zeros:
             else:
                 yield event_value(event, q)
 
-    def of_each(self, which: Array, row: Sequence[Array], numbers: Any) -> Array:
+    def _of_each(self, which: Array, row: Sequence[Array], numbers: Any) -> Array:
         """Evaluate at each row the function that belongs to the row."""
         functions, values = numpy.unique(which).tolist(), 0 * row[0]
-        fn = functions_of(numbers)
-        if isinstance(numbers, Hardware):
-            for i, value in zip(functions, self.values(functions, row, fn), strict=True):
-                numpy.copyto(values, numpy.asarray(value, dtype=float), where=which == i)
-            return values
+        if numbers is DOUBLES:  # functions share much, and rows cost little
+            which = which.reshape(-1, *(1,) * (values.ndim - 1))
+            return _chosen(which, functions, self._values(functions, row, numpy), values)
         for i in functions:
             here = which == i
-            (value,) = self.values([i], [x[here] for x in row], fn, numbers.number)
-            values[here] = value
+            rows = [x[here] for x in row]
+            (values[here],) = self._values([i], rows, numbers, numbers.number)
         return values
-
-    @property
-    def exact_start(self) -> Array:
-        """The functions at the exact start, computed with guard bits, as doubles."""
-
-        def compute() -> Array:
-            mpfr, setup = self.setup.precision.mpfr, self.setup
-            row = [mpfr.array([x]) for x in self.start.first_row(setup.formulation, setup.record)]
-            values = self.values(range(len(self.events)), row, mpfr, mpfr.number)
-            return numpy.array([float((value + 0 * row[0])[0]) for value in values])
-
-        return self.start.once(("events at the start", self.setup), compute)
-
-    def _settle(self, which: Array, value: Array, error: Array, extreme: Array) -> Array:
-        """Return the points behind the changes of sign, and note what is undecided."""
-        signs = numpy.where(abs(value) > error, numpy.sign(value), 0).astype(int)
-        counted = numpy.flatnonzero(signs)
-        mine, sign, functions = which[counted], signs[counted], numpy.arange(len(self.events))
-        begin, end = numpy.searchsorted(which, [functions, functions + 1])
-        before, gap = numpy.roll(sign, 1), numpy.diff(counted, prepend=0) - 1
-        first = mine != numpy.roll(mine, 1)
-        first[:1] = True
-        before[first] = self._sign[mine[first]]
-        gap[first] = (counted - begin[mine])[first] + self._undecided[mine[first]]
-        new = before == 0
-        if not self._continued:  # an undecided extremum since the exact start may hide two zeros
-            early = numpy.cumsum(numpy.append(0, extreme & (signs == 0)))
-            lost = early[counted] > early[begin[mine]]
-            self._unresolved |= set(mine[new & lost].tolist())
-        self._touches |= set(mine[~new & (gap > 0) & (before == sign)].tolist())
-        self._unresolved |= set(mine[~new & (gap > TANGENCY)].tolist())
-        last = numpy.searchsorted(mine, functions, side="right") - 1
-        decided = numpy.isin(functions, mine)
-        self._undecided = self._undecided + end - begin
-        self._undecided[decided] = end[decided] - 1 - counted[last[decided]]
-        self._sign[decided] = sign[last[decided]]
-        change = before * sign < 0
-        change &= (self._direction[mine] == 0) | (self._direction[mine] == sign)
-        high = counted[change]
-        for k in numpy.flatnonzero(gap[change]):  # the change of sign among undecided values
-            while high[k] > begin[which[high[k]]] and value[high[k] - 1] * value[high[k]] > 0:
-                high[k] -= 1
-        return high
-
-    def broken(self, which: Sequence[int], time: float) -> InputError:
-        """Return the refusal of functions that jump or are undefined at a dimensionless time."""
-        names = ", ".join(self._names[sorted(which)])
-        seconds = time * float(self.start.units.time)
-        return InputError(
-            f"events: got {names}, which jumps or is undefined at t = {seconds:.6g} s, expected a "
-            "continuous function that is defined everywhere, such as theta_max or phi_dot_zero, or "
-            "extremum:gliding_speed"
-        )
-
-    # ---- positions ------------------------------------------------------------------------------
 
     def _located(self, position: Array) -> tuple[Array, Array, Array]:
         """Return function, step and position in the step of positions of all functions."""
@@ -297,38 +224,45 @@ class Zeros:
         step = numpy.minimum(along.astype(int), self.count - 1)
         return which, step, along - step
 
-    # ---- values and errors ----------------------------------------------------------------------
+    def _evaluate(
+        self, numbers: Any, which: Array, step: Array, inside: Array
+    ) -> tuple[Array, Sequence[Array]]:
+        """Evaluate functions, and the components, at a position in each step.
 
-    def _values(self, which: Array, step: Array, inside: Array) -> Array:
-        """Evaluate functions in double, at a position or a row of positions in each step."""
-        row = self.steps.inside(step, inside)
-        return self.of_each(which.reshape(-1, *(1,) * (inside.ndim - 1)), row, DOUBLES)
+        In double there may be a row of positions in each step.
+        """
+        if numbers is DOUBLES:
+            row = self.steps.inside(step, inside)
+        else:
+            row = self.steps.evaluate(step, self.steps.times(step, inside), numbers)
+        return self._of_each(which, row, numbers), row
 
-    def _exact_values(self, which: Array, step: Array, inside: Array) -> Array:
-        """Evaluate functions in the arithmetic of the run; return doubles."""
-        numbers, count = self._numbers, inside.size // max(len(inside), 1)
-        which, step = numpy.repeat(which, count), numpy.repeat(step, count)
-        times = self.steps.times(step, numbers.array(inside.ravel().tolist()))
-        value = self.of_each(which, self.steps.evaluate(step, times, numbers), numbers)
-        return value.astype(float).reshape(inside.shape)
+    def _at(self, position: Array, numbers: Any = DOUBLES) -> Array:
+        """Evaluate functions at positions of all functions; return doubles."""
+        which, step, inside = self._located(position)
+        if numbers is not DOUBLES:
+            inside = numbers.array(inside.tolist())
+        return self._evaluate(numbers, which, step, inside)[0].astype(float)
 
-    def _at_nodes(
-        self, evaluate: Callable[[Array, Array, Array], Array], begin: Array, width: Array
-    ) -> Array:
+    def _at_nodes(self, begin: Array, width: Array, numbers: Any = DOUBLES) -> Array:
         """Evaluate functions at the nodes of intervals: axes (node, interval)."""
         if len(begin) > MOST_INTERVALS:
             parts = (slice(0, MOST_INTERVALS), slice(MOST_INTERVALS, None))
-            return numpy.concatenate(
-                [self._at_nodes(evaluate, begin[part], width[part]) for part in parts], axis=1
-            )
+            tables = [self._at_nodes(begin[part], width[part], numbers) for part in parts]
+            return numpy.concatenate(tables, axis=1)
         which, step, inside = self._located(begin)
-        return evaluate(which, step, inside[:, None] + width[:, None] * nodes(NODES)).T
+        inside = inside[:, None] + width[:, None] * nodes(NODES)
+        if numbers is DOUBLES:
+            return self._evaluate(numbers, which, step, inside)[0].T
+        which, step = numpy.repeat(which, NODES), numpy.repeat(step, NODES)
+        values, _ = self._evaluate(numbers, which, step, numbers.array(inside.ravel().tolist()))
+        return values.astype(float).reshape(-1, NODES).T
 
     def _measure_errors(self, row: Array) -> None:
         """Compute the errors of the components on each step, and ``doubt``, of functions in double.
 
         The size of a component on a step is its largest value or change. Where a component is
-        small, the errors of the others are more.
+        small, the errors of the others are more. A function has the larger error of both ends.
         """
         rounding, terms = self._rounding, self.steps.terms
         size = numpy.maximum(abs(row).max(axis=1), abs(terms[:, :, 1]).T)
@@ -344,44 +278,37 @@ class Zeros:
         for i, rate in enumerate(layout.rates(body, sized, SizedFunctions())):
             coupled = getattr(rate, "size", 0.0) * rounding * self.steps.length
             errors[i] = numpy.fmax(errors[i], coupled)  # undefined where gliding begins
-        self._errors = {rounding: errors}
-        self._errors[ROUNDING] = numpy.fmax(errors, roundings * ROUNDING)
-        self._ends = numpy.append(row[:, 0], row[:, -1, -1:], axis=1)
-        self._of_steps = dict[float, Array]()
-        self.doubt = self._error(ROUNDING)
-
-    def _error(self, rounding: float) -> Array:
-        """Return the larger error of the functions at both ends of each step."""
-        if rounding not in self._of_steps:
-            errors = self._errors[rounding]
+        in_double = numpy.fmax(errors, roundings * ROUNDING)
+        self._errors = {rounding: errors, ROUNDING: in_double}
+        ends = numpy.append(row[:, 0], row[:, -1, -1:], axis=1)
+        self._of_steps = {}
+        for unit, errors in self._errors.items():
             at_ends = numpy.append(errors, errors[:, -1:], axis=1)
             at_ends[:, 1:-1] = numpy.fmax(at_ends[:, 1:-1], at_ends[:, :-2])
             table = numpy.zeros((len(self.events), self.count + 1))
-            for i, size in enumerate(self._sizes(range(len(table)), self._ends, at_ends, rounding)):
-                table[i] = size
-            self._of_steps[rounding] = numpy.fmax(table[:, :-1], table[:, 1:])
-        return self._of_steps[rounding]
+            for i, error in enumerate(self._sizes(range(len(table)), ends, at_ends, unit)):
+                table[i] = error
+            self._of_steps[unit] = numpy.fmax(table[:, :-1], table[:, 1:])
+        self.doubt = self._of_steps[ROUNDING]
 
-    def _errors_inside(self, position: Array, rounding: float = ROUNDING) -> Array:
+    def _errors_at(self, position: Array, rounding: float = ROUNDING) -> Array:
         """Return errors, by default in double, at positions inside of steps.
 
         They exceed those at both ends where the axis passes a pole.
         """
         which, step, inside = self._located(position)
-        functions, sizes = numpy.unique(which).tolist(), 0 * position
         row, errors = self.steps.inside(step, inside), self._errors[rounding][:, step]
-        of_functions = self._sizes(functions, row, errors, rounding)
-        for i, size in zip(functions, of_functions, strict=True):
-            size = numpy.asarray(size + 0 * position, dtype=float)
-            numpy.copyto(sizes, size, where=(which == i) & numpy.isfinite(size))
-        return sizes
+        functions = numpy.unique(which).tolist()
+        sizes = self._sizes(functions, row, errors, rounding)
+        sizes = _chosen(which, functions, sizes, 0 * position)
+        return numpy.where(numpy.isfinite(sizes), sizes, 0.0)
 
     def _sizes(
-        self, which: Sequence[int], row: Sequence[Array], errors: Array, rounding: float
+        self, which: Sequence[int], row: Array, errors: Array, rounding: float
     ) -> Iterator[Array]:
         """Give the errors of functions that follow from the errors of the components."""
         rows = list(map(Rounded, row, errors / rounding))
-        for value in self.values(which, rows, SizedFunctions()):
+        for value in self._values(which, rows, SizedFunctions()):
             yield getattr(value, "size", 0.0) * rounding
 
     def _require_defined(self, table: Array) -> None:
@@ -393,140 +320,119 @@ class Zeros:
         which = numpy.flatnonzero(undefined.any(axis=(0, 2)))
         for i in which.tolist():
             node, step = numpy.argwhere(undefined[:, i])[0]
-            at = numpy.array([i]), numpy.array([step]), nodes(NODES)[[node]]
-            if not (self._wide and numpy.isfinite(self._exact_values(*at)).all()):
+            at = numpy.array([i * (self.count + 1) + step + nodes(NODES)[node]])
+            if not (self._wide and numpy.isfinite(self._at(at, self._numbers)).all()):
                 raise self.broken(which.tolist(), float(self.steps.begin[step]))
 
     # ---- points between which signs are compared ------------------------------------------------
 
-    def _separated(self, table: Array) -> tuple[Points, Intervals]:
-        """Return points that separate the zeros of all functions, and polynomials between them."""
-        shape, ends = table.shape[1:], numpy.concatenate([table[0], table[-1, :, -1:]], axis=1)
-        bent, largest = numpy.repeat(self._bent, self.count), abs(table).max(axis=0).ravel()
-        polynomials = through(table.reshape(NODES, -1), bent)
-        most = polynomials.tail + self.doubt.ravel()
+    def _separated(self, table: Array) -> tuple[Array, Array]:
+        """Return points that separate the zeros of all functions, and polynomials between them.
+
+        A point is a column: a position, the value there, its error in double, and the width of the
+        part around an extremum, 0 for other points. A column of the polynomials has the begin and
+        the width of an interval, and coefficients of powers of u from -1 to 1 on it.
+        """
+        shape, values, doubt = table.shape[1:], table.reshape(NODES, -1), self.doubt.ravel()
+        begin = numpy.arange(shape[0])[:, None] * (self.count + 1.0) + numpy.arange(self.count)
+        polynomials = through(values, numpy.repeat(self._bent, self.count))
+        most = polynomials.tail + doubt
         changes, certain = sign_changes(polynomials.bernstein, most)
         certain &= numpy.isfinite(most)
-        single = certain & (changes == 1) & (polynomials.tail <= SINGLE * largest)
-        unclear = (~(certain & (changes == 0)) & ~single).reshape(shape)
-        either = single.reshape(shape) | unclear
-        marked = numpy.ones((len(ends), self.count + 1), dtype=bool)
-        marked[:, 1:-1] = either[:, 1:] | either[:, :-1]
-        at_ends = numpy.flatnonzero(marked).astype(float)
-        errors = numpy.append(self.doubt, self.doubt[:, -1:], axis=1)
-        points = [Points(at_ends, ends[marked], errors[marked], 0 * at_ends)]
-        begin = (numpy.arange(len(ends))[:, None] * (self.count + 1.0)) + numpy.arange(self.count)
-        lone = begin[single.reshape(shape)]
-        intervals = [Intervals(lone, 0 * lone + 1, polynomials.monomials[:, single])]
-        begin, values, width = begin[unclear], table[:, unclear], numpy.ones(unclear.sum())
-        error, total = self.doubt[unclear], 0
-        if self._wide and self._exact_start:
-            begin, width, error, values = self._towards_start(begin, error)
+        single = certain & (changes == 1) & (polynomials.tail <= SINGLE * abs(values).max(axis=0))
+        unclear = ~single & ~(certain & (changes == 0))
+        divided = (single | unclear).reshape(shape)
+        marked = numpy.ones((shape[0], self.count + 1), dtype=bool)
+        marked[:, 1:-1] = divided[:, 1:] | divided[:, :-1]
+        ends = numpy.concatenate([table[0], table[-1, :, -1:]], axis=1)[marked]
+        errors = numpy.append(self.doubt, self.doubt[:, -1:], axis=1)[marked]
+        position = numpy.flatnonzero(marked)
+        points = [numpy.stack([position, ends, errors, 0 * position])]
+        lone = begin.ravel()[single]
+        intervals = [numpy.vstack([lone, 0 * lone + 1, polynomials.monomials[:, single]])]
+        self._divide(begin.ravel()[unclear], values[:, unclear], doubt[unclear], points, intervals)
+        return _in_order(points), _in_order(intervals)
+
+    def _divide(
+        self, begin: Array, values: Array, error: Array, points: list[Array], intervals: list[Array]
+    ) -> None:
+        """Divide steps until the polynomials have their function's shape, and add these.
+
+        The points are the extrema, and the bounds between the intervals of a step. Functions that
+        vanish at the exact start may cross zero in a millionth of a step; the intervals from there
+        shrink until the fourth power of the position is a rounding.
+        """
+        width, total, exact_start = numpy.ones(len(begin)), 0, self._wide and self._exact_start
+        shortest = 2.0 ** -min(BISECTIONS, self.setup.precision.bits // 4 - 2)
         for halving in range(BISECTIONS + 1):
             if not len(begin):
                 break
-            begin, values, width, error = self._divide(
-                begin, values, width, error, points, intervals, halving == BISECTIONS
-            )
+            which, step, inside = self._located(begin)
+            at_start = exact_start & (step == 0) & (inside == 0)
+            halved = at_start & (width > shortest)
+            doubt, largest = error.copy(), numpy.fmax.reduce(abs(values), initial=0)
+            small = numpy.flatnonzero(~(largest > error / SHAPE) & ~halved)
+            if self._wide and len(small):
+                values[:, small] = self._at_nodes(begin[small], width[small], self._numbers)
+                error[small] = self._of_steps[self._rounding][which[small], step[small]]
+                largest = numpy.fmax.reduce(abs(values), initial=0)
+            polynomials = through(values, self._bent[which])
+            # where noise exceeds the function there is nothing to divide
+            shaped = polynomials.tail <= numpy.fmax(SHAPE * largest, error)
+            shaped |= ~numpy.isfinite(values).any(axis=0) | (halving == BISECTIONS)
+            shaped &= ~halved
+            kept = Polynomials(*(x[..., shaped] for x in polynomials))
+            intervals.append(numpy.vstack([begin[shaped], width[shaped], kept.monomials]))
+            inner = shaped & (inside > 0)
+            bounds = begin[inner]
+            points.append(numpy.stack([bounds, values[0, inner], doubt[inner], 0 * bounds]))
+            # a polynomial below its error everywhere has no extrema to decide
+            open_ = numpy.flatnonzero(abs(kept.bernstein).max(axis=0, initial=0) > error[shaped])
+            of, at = extrema(Polynomials(*(x[..., open_] for x in kept)))
+            if len(of):
+                of = numpy.flatnonzero(shaped)[open_[of]]
+                position, reach = begin[of] + at * width[of], width[of] * ~at_start[of]
+                points.append(numpy.stack([position, self._at(position), doubt[of], reach]))
+            begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
+            middle = self._errors_at(begin + width)
+            # where errors exceed the function it may be undefined, which is asked later
+            resolved = (middle <= largest) & ~halved[~shaped] | self._after_rest
+            error = numpy.tile(numpy.where(resolved, numpy.fmax(error, middle), error), 2)
+            begin, width = numpy.concatenate([begin, begin + width]), numpy.tile(width, 2)
+            values = self._at_nodes(begin, width)
             total += len(begin)
             require_few(total)
-        return _in_order(points), _in_order(intervals)
 
-    def _towards_start(self, begin: Array, error: Array) -> tuple[Array, Array, Array, Array]:
-        """Return intervals, of which those from the exact start on shrink towards the start.
-
-        There functions that vanish at the start may cross zero in a millionth of a step. At the
-        last bound the fourth power of the position is a rounding.
-        """
-        _, step, inside = self._located(begin)
-        last = min(BISECTIONS, self.setup.precision.bits // 4 - 2)
-        bounds = numpy.append(0.0, 2.0 ** -numpy.arange(float(last), -1.0, -1.0))
-        count = numpy.where((step == 0) & (inside == 0), last + 1, 1)
-        number = numpy.concatenate([numpy.arange(n) for n in count]) if len(count) else count
-        begin, error, split = (numpy.repeat(x, count) for x in (begin, error, count > 1))
-        width = numpy.where(split, bounds[number + 1] - bounds[number], 1.0)
-        begin = begin + numpy.where(split, bounds[number], 0.0)
-        return begin, width, error, self._at_nodes(self._values, begin, width)
-
-    def _divide(
-        self, begin: Array, values: Array, width: Array, error: Array, points: list[Points],
-        intervals: list[Intervals], last: bool,
-    ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-        """Add the intervals whose polynomials have their function's shape; return halves of others.
-
-        The points are the extrema, and the bounds between the intervals of a step.
-        """
-        which, step, inside = self._located(begin)
-        doubt, largest = error.copy(), numpy.fmax.reduce(abs(values), initial=0)
-        small = numpy.flatnonzero(~(largest > error / SHAPE))
-        if self._wide and len(small):
-            values[:, small] = self._at_nodes(self._exact_values, begin[small], width[small])
-            error[small] = self._error(self._rounding)[which[small], step[small]]
-            largest = numpy.fmax.reduce(abs(values), initial=0)
-        polynomials = through(values, self._bent[which])
-        # where noise exceeds the function there is nothing to divide
-        shaped = (polynomials.tail <= numpy.fmax(SHAPE * largest, error)) | last
-        shaped |= ~numpy.isfinite(values).any(axis=0)
-        kept = Polynomials(*(x[..., shaped] for x in polynomials))
-        intervals.append(Intervals(begin[shaped], width[shaped], kept.monomials))
-        inner = shaped & (inside > 0)
-        points.append(Points(begin[inner], values[0, inner], doubt[inner], 0 * begin[inner]))
-        # a polynomial below its error everywhere has no extrema to decide
-        open_ = numpy.flatnonzero(abs(kept.bernstein).max(axis=0, initial=0) > error[shaped])
-        of, at = extrema(Polynomials(*(x[..., open_] for x in kept)))
-        if len(of):
-            of = numpy.flatnonzero(shaped)[open_[of]]
-            position = begin[of] + at * width[of]
-            reach = width[of]
-            if self._wide and self._exact_start:  # below the resolution, see _towards_start
-                reach = numpy.where(begin[of] % (self.count + 1), reach, 0.0)
-            value = self._values(*self._located(position))
-            points.append(Points(position, value, doubt[of], reach))
-        begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
-        middle = self._errors_inside(begin + width)
-        # where errors exceed the function it may be undefined, which is asked later
-        resolved = (middle <= largest) | self._after_rest
-        error = numpy.where(resolved, numpy.fmax(error, middle), error)
-        begin, width = numpy.concatenate([begin, begin + width]), numpy.tile(width, 2)
-        values = self._at_nodes(self._values, begin, width)
-        return begin, values, width, numpy.tile(error, 2)
-
-    def _brackets(self, points: Points) -> SignChanges:
-        """Return the brackets of zeros between points, with decided signs."""
+    def _decided(self, points: Array) -> Array:
+        """Return points whose signs are decided in the arithmetic of the run, or at the start."""
         position, value, error, reach = points
-        which, step, inside = self._located(position)
         unsure = numpy.flatnonzero(~(abs(value) > error))
         if self._wide and len(unsure):
             still, turning = unsure[reach[unsure] == 0], unsure[reach[unsure] > 0]
             if len(still):
-                value[still] = self._exact_values(which[still], step[still], inside[still])
+                value[still] = self._at(position[still], self._numbers)
             if len(turning):
-                self._turn(points, which, turning)
-            within = self._errors_inside(position[unsure], self._rounding)
-            at_ends = self._error(self._rounding)[which[unsure], step[unsure]]
-            error[unsure] = numpy.fmax(at_ends, within)
-            position, value, error, reach = _in_order([points])
-            which, _, _ = self._located(position)
+                self._turn(points, turning)
+            error[unsure] = self._errors_at(position[unsure], self._rounding)
+            position, value, error, _ = points = _in_order([points])
         if self._exact_start:
-            first = numpy.flatnonzero(position % (self.count + 1) == 0)
-            first = first[~(abs(value[first]) > error[first])]
-            if len(first):
-                value[first], error[first] = self.exact_start[which[first]], error[first] * GUARD
-        error = numpy.where(numpy.isfinite(error), error, 0)
-        high = self._settle(which, value, error, reach > 0)
-        low = numpy.maximum(high - 1, 0)
-        low = numpy.where(which[low] == which[high], low, high)
-        return SignChanges(which[high], position[low], position[high], value[low], value[high])
+            which, _, _ = self._located(position)
+            first = numpy.flatnonzero((position % (self.count + 1) == 0) & ~(abs(value) > error))
+            setup, mpfr = self.setup, self.setup.precision.mpfr
+            row = self.start.first_row(setup.formulation, setup.record)
+            rows = [mpfr.array([x] * len(first)) for x in row]
+            value[first] = self._of_each(which[first], rows, mpfr).astype(float)
+            error[first] *= GUARD
+        return points
 
-    def _turn(self, points: Points, which: Array, turning: Array) -> None:
+    def _turn(self, points: Array, turning: Array) -> None:
         """Move extrema to the vertices of parabolas, in the arithmetic of the run."""
-        numbers, mine = self._numbers, which[turning]
-        _, step, inside = self._located(points.position[turning])
-        position, reach = numbers.array(inside.tolist()), points.reach[turning]
+        numbers, (place, _, _, reach) = self._numbers, points[:, turning]
+        which, step, inside = self._located(place)
+        position = numbers.array(inside.tolist())
 
         def function(at: Array) -> Array:
-            row = self.steps.evaluate(step, self.steps.times(step, at), numbers)
-            return self.of_each(mine, row, numbers)
+            return self._evaluate(numbers, which, step, at)[0]
 
         far = FLATTEST
         while far**2 >= self._rounding:
@@ -536,85 +442,107 @@ class Zeros:
             position = position + numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
             position = numpy.minimum(numpy.maximum(position, 0 * position), 0 * position + 1)
             far *= far
-        points.value[turning] = function(position).astype(float)
-        points.position[turning] += position.astype(float) - inside
+        points[1, turning] = function(position).astype(float)
+        points[0, turning] += position.astype(float) - inside
+
+    def _changes_of_sign(self, position: Array, value: Array, error: Array, reach: Array) -> Array:
+        """Return the points behind the changes of sign, and note what is undecided."""
+        error = numpy.where(numpy.isfinite(error), error, 0)
+        signs = numpy.where(abs(value) > error, numpy.sign(value), 0).astype(int)
+        bounds = numpy.arange(len(self.events) + 1) * (self.count + 1)
+        begins = numpy.searchsorted(position, bounds).tolist()
+        changes = []
+        for i, (begin, end) in enumerate(itertools.pairwise(begins)):
+            mine = slice(begin, end)
+            counted = numpy.flatnonzero(signs[mine])
+            sign, last = signs[mine][counted], self._sign[i]
+            # undecided points before each of those
+            gap = numpy.diff(counted, prepend=-1 - self._undecided[i]) - 1
+            self._undecided[i] += end - begin
+            if not len(counted):
+                continue
+            self._undecided[i], self._sign[i] = end - begin - 1 - int(counted[-1]), int(sign[-1])
+            before = numpy.append(last, sign[:-1])
+            if not last:
+                # an undecided extremum since the exact start may hide two zeros
+                if not self._continued and reach[mine][: counted[0]].any():
+                    self._unresolved.add(i)
+                gap[0] = 0
+            if (gap > TANGENCY).any():
+                self._unresolved.add(i)
+            if ((gap > 0) & (before == sign)).any():
+                self._touches.add(i)
+            change = before * sign < 0
+            if way := self.events[i].direction:
+                change &= sign == way
+            for high, several in zip(counted[change] + begin, gap[change], strict=True):
+                # the change of sign among undecided values
+                while several and high > begin and value[high - 1] * value[high] > 0:
+                    high -= 1
+                changes.append(high)
+        return numpy.array(changes, dtype=int)
 
     # ---- refinement -----------------------------------------------------------------------------
 
-    def _refine(self, b: SignChanges, intervals: Intervals) -> None:
+    def _refine(self, points: Array, behind: Array, intervals: Array) -> None:
         """Refine the zeros in double, then in the arithmetic of the run, and record them.
 
         Raises ``InputError``: a function jumps there, or there are too many zeros.
         """
-        steps, numbers, direction = self.steps, self._numbers, numpy.sign(b.behind)
-        _, step, low = self._located(b.low)
-        high: Array = low + (b.high - b.low)
-        position, slope = _from_polynomials(b, intervals, direction, b.low - low)
-        series = steps.of(step)  # the step of each zero
-
-        def in_double(position: Array) -> tuple[Array, Sequence[Array]]:
-            row = series.inside(slice(None), position)
-            return self.of_each(b.which, row, DOUBLES), row
-
-        def exactly(position: Array) -> tuple[Array, Sequence[Array]]:
-            row = steps.evaluate(step, steps.times(step, position), numbers)
-            return self.of_each(b.which, row, numbers), row
-
-        position, value, row, slope = secants(
-            in_double, position, slope, low, high, direction, ROUNDING
-        )
-        beside = numpy.abs(numpy.where(value * direction < 0, b.before, b.behind))
-        jumps = abs(value) > numpy.maximum(JUMP * beside, self.doubt[b.which, step])
-        broken = numpy.flatnonzero(jumps & (b.high > b.low) & self._bent[b.which])
-        times: Array = steps.times(step, position.astype(numpy.longdouble))
+        steps, numbers, (position, value, _, _) = self.steps, self._numbers, points
+        which, _, _ = self._located(position)
+        before = numpy.maximum(behind - 1, 0)
+        before = numpy.where(which[before] == which[behind], before, behind)
+        which, step, low = self._located(position[before])
+        high: Array = low + (position[behind] - position[before])
+        direction = numpy.sign(value[behind])
+        # the polynomials between the points, or chords
+        origin, width = low.copy(), numpy.where(high > low, high - low, 1.0)
+        polynomials = numpy.zeros((NODES, len(behind)))
+        polynomials[0] = (value[before] + value[behind]) / 2
+        polynomials[1] = (value[behind] - value[before]) / 2
+        if intervals.size:
+            of: Array = numpy.searchsorted(intervals[0], position[before], side="right") - 1
+            apart = position[before] - intervals[0, of]
+            inside = numpy.flatnonzero((of >= 0) & (apart < intervals[1, of]))
+            of, origin[inside] = of[inside], (low - apart)[inside]
+            width[inside], polynomials[:, inside] = intervals[1, of], intervals[2:, of]
+        left, right = (numpy.clip(2 * (x - origin) / width - 1, -1, 1) for x in (low, high))
+        root, slope = zero_between(polynomials, left, right, direction)
+        zero, slope = numpy.clip(origin + width * (1 + root) / 2, low, high), 2 * slope / width
+        evaluate = partial(self._evaluate, DOUBLES, which, step)
+        zero, end, row, slope = secants(evaluate, zero, slope, low, high, direction, ROUNDING)
+        beside = abs(numpy.where(end * direction < 0, value[before], value[behind]))
+        jumps = abs(end) > numpy.maximum(JUMP * beside, self.doubt[which, step])
+        broken = numpy.flatnonzero(jumps & (high > low) & self._bent[which])
+        times: Array = steps.times(step, zero.astype(numpy.longdouble))
         if self._wide:
-            position, low, high = (numbers.array(x.tolist()) for x in (position, low, high))
-            position, _, row, _ = secants(
-                exactly, position, slope, low, high, direction, self._rounding
-            )
-            times = steps.times(step, position)
-        noise = self._errors_inside(b.high[broken], self._rounding)
+            evaluate = partial(self._evaluate, numbers, which, step)
+            zero, low, high = (numbers.array(x.tolist()) for x in (zero, low, high))
+            zero, _, row, _ = secants(evaluate, zero, slope, low, high, direction, self._rounding)
+            times = steps.times(step, zero)
+        noise = self._errors_at(position[behind[broken]], self._rounding)
         noise = numpy.where((step[broken] == 0) & (steps.begin[0] == 0), noise, 0)
-        for k in broken[~(abs(b.behind[broken]) <= noise)].tolist():
-            raise self.broken([b.which[k]], float(times[k]))
-        self._unresolved |= set(b.which[broken].tolist())  # lost in noise beside the start
+        for k in broken[~(abs(value[behind[broken]]) <= noise)].tolist():
+            raise self.broken([which[k]], float(times[k]))
+        self._unresolved |= set(which[broken].tolist())  # lost in noise beside the start
         kept = numpy.setdiff1d(numpy.arange(len(times)), broken)
         directions, state = direction[kept].astype(int), tuple(x[kept] for x in row)
-        self._hits.append(Hits(self._names[b.which[kept]], times[kept], directions, state))
+        self._hits.append(Hits(self._names[which[kept]], times[kept], directions, state))
         require_few(sum(map(len, self._hits)))
 
 
-def _in_order(columns: Sequence[Any]) -> Any:
-    """Join tables whose first column is a position, in order of the position."""
-    joined = [numpy.concatenate(x, axis=-1) for x in zip(*columns, strict=True)]
-    order = numpy.argsort(joined[0], kind="stable")
-    return type(columns[0])(*(x[..., order] for x in joined))
+def _chosen(which: Array, functions: list[int], values: Iterable[Scalar], chosen: Array) -> Array:
+    """Write into ``chosen`` the value of the function that belongs to each place."""
+    for i, value in zip(functions, values, strict=True):
+        numpy.copyto(chosen, numpy.asarray(value, dtype=float), where=which == i)
+    return chosen
 
 
-def _from_polynomials(
-    b: SignChanges, intervals: Intervals, direction: Array, begin: Array
-) -> tuple[Array, Array]:
-    """Return the zeros of polynomials in brackets, and their slopes; chords outside the intervals.
-
-    Positions are those in steps, which begin at ``begin``.
-    """
-    low, high, same = b.low - begin, b.high - begin, b.behind == b.before
-    width = numpy.where(high > low, high - low, 1.0)
-    rise = numpy.where(same, direction, b.behind - b.before)
-    position, slope = low - width * b.before / rise, rise / width
-    if len(intervals.begin):
-        of: Array = numpy.searchsorted(intervals.begin, b.low, side="right") - 1
-        overlapping: Array = (of >= 0) & (b.low < intervals.begin[of] + intervals.width[of])
-        inside = numpy.flatnonzero(overlapping)
-        of, wide = of[inside], intervals.width[of[inside]]
-        left, right = (
-            numpy.clip(2 * (x[inside] - intervals.begin[of]) / wide - 1, -1, 1)
-            for x in (b.low, b.high)
-        )
-        root, rate = zero_between(intervals.monomials[:, of], left, right, direction[inside])
-        position[inside] = intervals.begin[of] - begin[inside] + wide * (1 + root) / 2
-        slope[inside] = 2 * rate / wide
-    return numpy.clip(position, low, high), slope
+def _in_order(tables: Sequence[Array]) -> Array:
+    """Join tables whose first row is a position, in order of the position."""
+    joined = numpy.concatenate(tables, axis=1)
+    return joined[:, numpy.argsort(joined[0], kind="stable")]
 
 
 def secants(
