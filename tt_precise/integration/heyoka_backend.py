@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from functools import cache, lru_cache, partial
 from typing import Any, TypeVar
 
+from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.precision import LONG_DOUBLES
 from tt_precise.integration.setup import Setup, full_tolerance, no_contact_at_start
 from tt_precise.integration.solution import Propagation, Segment, require_few_steps
 from tt_precise.integration.steps import Steps, join, of_heyoka
-from tt_precise.integration.zeros import Zeros, nothing_found
+from tt_precise.integration.zeros import Zeros
 from tt_precise.runtime.terminal import Progress, import_heyoka
 from tt_precise.runtime.values import Adaptive, Array, Scalar
 from tt_precise.scene.scene import InitialState, Scene
@@ -60,6 +61,38 @@ def sample_times(start: InitialState, scene: Scene) -> Array:
     return start.once("sample times", compute)
 
 
+class Run:
+    """A propagation so far: its steps, their number, and its events."""
+
+    def __init__(
+        self, setup: Setup, start: InitialState, progress: Progress | None = None,
+        until: Scalar = None,
+    ):  # fmt: skip
+        self.setup, self.start, self.progress = setup, start, progress
+        clock, context = setup.phase.has_clock, setup.precision.context
+        self.goal = until or (context.mpf(LONGEST) if clock else start.until)
+        self.blocks, self.steps = list[Steps](), 0
+        self.zeros, self.losses = Zeros(setup, start), int(no_contact_at_start(setup, start))
+
+    def add(self, block: Steps) -> None:
+        """Keep the next steps, and find their events."""
+        self.blocks.append(block)
+        self.zeros.search(block)
+
+    def report(self, time: Scalar) -> bool:
+        """Show the time that is reached; true, because the run goes on."""
+        if self.progress and self.goal:
+            self.progress(min(1.0, float(time) / float(self.goal)))
+        return True
+
+    def ended(self, status: str, time: Scalar, row: Row, order: int) -> Propagation:
+        """Return the outcome of a run whose steps are known."""
+        if status == "complete" and self.losses:
+            status = "contact_ignored"
+        series = partial(join, self.blocks, len(row))
+        return Propagation(status, time, row, self.steps, order, self.zeros.collect(), series)
+
+
 def propagate(
     setup: Setup,
     start: InitialState,
@@ -80,33 +113,26 @@ def propagate(
     undefined.
     """
     series = series or bool(setup.events) or not setup.precision.is_float
-    goal = until or (setup.precision.context.mpf(LONGEST) if setup.phase.has_clock else start.until)
     with pooled(build, setup.but(events=())) as integrator:
-        run = _BlockwiseRun(setup, start, integrator, goal, progress)
+        run = _BlockwiseRun(setup, start, integrator, progress, until)
         outcome = run.propagate(series, samples)
-        status = status_of(outcome, integrator.terminal)
         if outcome == outcomes().err_nf_state:
-            if last := _last_good_time(setup, start, integrator, goal):
+            last, order = run.last_good_time(), integrator.adaptive.order
+            if last:
                 shorter = propagate(setup, start, until=last, series=series)
-                return shorter._replace(status=status)
-            row, order = start.first_row(setup.formulation, setup.record), integrator.adaptive.order
-            none = partial(join, (), len(row))
-            return Propagation(status, last, row, 0, order, nothing_found(setup), none)
-        if status == "complete" and integrator.losses:
-            status = "contact_ignored"
-        time, row, order = run.time, run.row, integrator.adaptive.order
-    blocks, events = run.blocks, run.zeros.collect() if run.zeros else nothing_found(setup)
-
-    def steps() -> Steps:
-        if series:
-            return join(blocks, len(row))
-        end = time if status == "failed" else until
-        return propagate(setup, start, until=end, series=True).series()
-
-    return Propagation(status, time, row, run.steps, order, events, steps, run.taken)
+                return shorter._replace(status="failed")
+            row = start.first_row(setup.formulation, setup.record)
+            return Run(setup, start).ended("failed", last, row, order)
+        run.losses += len(integrator.losses)
+        ended = run.ended(status_of(outcome, integrator.terminal), *run.end)
+    if series:
+        return ended
+    end = ended.time if ended.status == "failed" else until
+    again = partial(propagate, setup, start, until=end, series=True)
+    return ended._replace(series=lambda: again().series(), samples=run.samples)
 
 
-class _BlockwiseRun:
+class _BlockwiseRun(Run):
     """A propagation by blocks of steps.
 
     Between the blocks, and between the steps of wide arithmetics, Python runs: then progress is
@@ -114,41 +140,28 @@ class _BlockwiseRun:
     """
 
     def __init__(
-        self, setup: Setup, start: InitialState, integrator: Integrator, goal: Scalar,
-        progress: Progress | None,
+        self, setup: Setup, start: InitialState, integrator: Integrator,
+        progress: Progress | None, until: Scalar,
     ):  # fmt: skip
+        super().__init__(setup, start, progress, until)
         integrator.begin(setup, start)
-        self.setup, self.start, self.adaptive = setup, start, integrator.adaptive
-        self.goal, self.progress = goal, progress
-        self.zeros = Zeros(setup, start) if setup.events else None
-        self.blocks, self.steps = list[Steps](), 0
-        self.taken: Array | None = None
-        precision = setup.precision
-        longest = longest_step(
-            start.body, start.vectors, self.adaptive.order, precision, setup.phase
-        )
+        self.integrator, self.adaptive = integrator, integrator.adaptive
+        self.samples: Array | None = None
+        precision, order = setup.precision, self.adaptive.order
+        longest = longest_step(start.body, start.vectors, order, precision, setup.phase)
         self.limits: dict[str, Any] = {"max_steps": precision.kind.steps}
         if longest is not None:
             self.limits["max_delta_t"] = precision.number(longest)
         if precision.kind.in_software:
-            self.limits["callback"] = self._report
+            self.limits["callback"] = lambda adaptive: self.report(adaptive.time)
 
     @property
-    def time(self) -> Scalar:
-        """The time, which a step to an event leaves between two numbers."""
-        return sum(map(self.setup.precision.with_guard_bits, self.adaptive.dtime))
-
-    @property
-    def row(self) -> tuple[Scalar, ...]:
-        """The state."""
+    def end(self) -> tuple[Scalar, Row, int]:
+        """The time, which a step to an event leaves between two numbers, the state, the order."""
         # one at a time: arrays of heyoka's reals leak memory
         state, widen = self.adaptive.state, self.setup.precision.with_guard_bits
-        return tuple(widen(state[i]) for i in range(len(state)))
-
-    def _report(self, adaptive: Adaptive) -> bool:
-        if self.progress and self.goal:
-            self.progress(min(1.0, float(adaptive.time) / float(self.goal)))
-        return True
+        row = tuple(widen(state[i]) for i in range(len(state)))
+        return sum(map(widen, self.adaptive.dtime)), row, self.adaptive.order
 
     def propagate(self, series: bool, samples: Array | None) -> Any:
         """Propagate to the goal and return heyoka's outcome.
@@ -165,9 +178,9 @@ class _BlockwiseRun:
             return self._advance(self.goal, series)
         times = [self.adaptive.time, *samples[1:]]
         outcome, _, _, count, _, rows = self.adaptive.propagate_grid(times, **self.limits)
-        self.taken = rows if len(rows) == len(samples) else None
+        self.samples = rows if len(rows) == len(samples) else None
         self.steps += count
-        self._report(self.adaptive)
+        self.report(self.adaptive.time)
         return self._advance(self.goal, series) if outcome == outcomes().step_limit else outcome
 
     def _advance(self, goal: Scalar, series: bool) -> Any:
@@ -183,32 +196,25 @@ class _BlockwiseRun:
                 precision.number(goal), c_output=series, **self.limits
             )
             if output is not None:
-                self.blocks.append(of_heyoka(output, self.setup, self.start))
-                if self.zeros:
-                    self.zeros.search(self.blocks[-1])
+                self.add(of_heyoka(output, self.setup, self.start))
             self.steps += count
-            self._report(adaptive)
+            self.report(adaptive.time)
             advance = precision.with_guard_bits(adaptive.time - before)
             if outcome != limit or advance < precision.eps * goal:
                 return outcome
             require_few_steps(self.steps, float(adaptive.time), float(goal))
 
+    def last_good_time(self) -> Scalar:
+        """Return the beginning of the last step before the state becomes NaN."""
+        self.integrator.begin(self.setup, self.start)
+        times, precision = [self.adaptive.time], self.setup.precision
 
-def _last_good_time(
-    setup: Setup, start: InitialState, integrator: Integrator, goal: Scalar
-) -> Scalar:
-    """Return the beginning of the last step before the state becomes NaN."""
-    integrator.begin(setup, start)
-    times, horizon = [integrator.adaptive.time], setup.precision.number(goal)
-
-    def watch(adaptive: Adaptive) -> bool:
-        good = all(x - x == 0 for x in (adaptive.state[i] for i in range(len(adaptive.state))))
-        if good and adaptive.time < horizon:
+        def after_step(adaptive: Adaptive) -> bool:
             times.append(adaptive.time)
-        return good
+            return True
 
-    integrator.adaptive.propagate_until(horizon, callback=watch)
-    return setup.precision.with_guard_bits(times[-1])
+        self.adaptive.propagate_until(precision.number(self.goal), callback=after_step)
+        return precision.with_guard_bits(times[-1])
 
 
 @cache
@@ -231,7 +237,7 @@ def status_of(outcome: Any, terminal: tuple[str, ...]) -> str:
 class Integrator:
     """A ``heyoka.taylor_adaptive``, and the events that end or switch a motion.
 
-    ``losses`` has entries if g_n was negative or fell through 0 in a run that goes on there.
+    ``losses`` has entries if g_n fell through 0 in a run that goes on there.
     """
 
     adaptive: Adaptive
@@ -248,7 +254,7 @@ class Integrator:
             self.adaptive.pars[i] = number(value)
         self.adaptive.time = number(setup.precision.context.mpf(0))
         self.adaptive.reset_cooldowns()
-        self.losses[:] = ["start"] * no_contact_at_start(setup, start)
+        self.losses[:] = []
 
 
 def build(setup: Setup) -> Integrator:
@@ -259,8 +265,7 @@ def build(setup: Setup) -> Integrator:
     eps, parameters = float(setup.precision.eps), len(form.parameters)
     terminal = setup.phase.ends(equations, heyoka.par[parameters], setup.precision)
     number, falling = setup.precision.number, heyoka.event_direction.negative
-    losses = list[str]()
-    noted = []
+    losses, noted = list[str](), []
     if setup.contact == "bilateral":
 
         def lose(adaptive: Adaptive, time: Scalar, sign: int) -> None:
@@ -268,11 +273,7 @@ def build(setup: Setup) -> Integrator:
 
         function = terminal.pop("contact_lost")
         noted = [heyoka.nt_event(function, lose, direction=falling, fp_type=fp_type)]
-    goes_on = setup.phase.condition
-    conditions = {
-        name: {"callback": goes_on(form, name, eps, setup.tolerance)} if goes_on else {}
-        for name in terminal
-    }
+    goes_on: Any = setup.phase.condition or (lambda *_: None)
     zero = setup.precision.context.mpf(0)
     integrator = heyoka.taylor_adaptive(
         equations.system,
@@ -280,8 +281,13 @@ def build(setup: Setup) -> Integrator:
         pars=[number(zero + 1) for _ in range(parameters + setup.phase.has_clock)],
         fp_type=fp_type,
         t_events=[
-            heyoka.t_event(ex, fp_type=fp_type, direction=falling, **conditions[name])
-            for name, ex in terminal.items()
+            heyoka.t_event(
+                function,
+                fp_type=fp_type,
+                direction=falling,
+                callback=goes_on(form, name, eps, setup.tolerance),
+            )
+            for name, function in terminal.items()
         ],
         nt_events=noted,
         **numeric_options(setup),
@@ -291,16 +297,16 @@ def build(setup: Setup) -> Integrator:
 
 def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
-    number = setup.precision.number
+    precision = setup.precision
     # compact_mode compiles wide types in half a second instead of 26 s, and runs as fast; double
     # then takes twice as long, which does not matter for brief segments
-    compact = setup.phase.brief or not setup.precision.is_float
-    options: dict[str, Any] = {"compact_mode": compact}
-    kind = "wide" if not setup.precision.is_float else "compact" if compact else "loop"
-    options["opt_level"] = OPTIMISATION[kind]
-    tolerance = setup.precision.context.mpf(setup.tolerance) or full_tolerance(setup.precision)
-    options["tol"] = number(tolerance)
-    return options
+    kind = "wide" if not precision.is_float else "compact" if setup.phase.brief else "loop"
+    tolerance = precision.context.mpf(setup.tolerance) or full_tolerance(precision)
+    return {
+        "compact_mode": kind != "loop",
+        "opt_level": OPTIMISATION[kind],
+        "tol": precision.number(tolerance),
+    }
 
 
 @lru_cache(maxsize=POOLED_KINDS)

@@ -17,19 +17,14 @@ import numpy
 from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.events import Event
-from tt_precise.integration.heyoka_backend import LONGEST
-from tt_precise.integration.setup import (
-    Setup,
-    full_tolerance,
-    no_contact_at_start,
-    refused_in_doubles,
-)
+from tt_precise.integration.heyoka_backend import Run
+from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
 from tt_precise.integration.solution import Propagation, Segment, require_few_steps
-from tt_precise.integration.steps import Steps, join, of_block
-from tt_precise.integration.zeros import Zeros, nothing_found
+from tt_precise.integration.steps import Steps, of_block
+from tt_precise.integration.zeros import Zeros
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
-from tt_precise.runtime.values import Functions, Scalar
+from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.scene import InitialState, Scene
 from tt_precise.taylor.system import StepBlock, System, number, numbers_of, order_of
 
@@ -80,28 +75,21 @@ def propagate_in_doubles(
 
     Raises ``InputError``: there are too many events or steps.
     """
-    run, fn, phase = _DoublesRun(setup, start), setup.precision.context, setup.phase
-    system, horizon = run.system, fn.mpf(LONGEST) if phase.has_clock else start.until
-    tolerance = float(setup.tolerance or full_tolerance(setup.precision))
+    run, precision = _DoublesRun(setup, start, progress), setup.precision
+    tolerance = float(setup.tolerance or full_tolerance(precision))
     order, row = order_of(tolerance), start.first_row(setup.formulation, setup.record)
-    parameters = [*start.parameters(setup.formulation), *[start.until] * phase.has_clock]
-    longest = longest_step(start.body, start.vectors, order, setup.precision, phase)
+    parameters = [*start.parameters(setup.formulation), *[start.until] * setup.phase.has_clock]
+    longest = longest_step(start.body, start.vectors, order, precision, setup.phase)
     limit = math.inf if longest is None else float(longest)
-    end = _End("" if start.until else "complete", start.until * 0, row)
-    initial = system.initial_data(row, parameters, fn)
-    for piece in system.pieces(initial, float(horizon), tolerance, limit) if start.until else ():
-        end = run.take(piece, horizon)
-        if progress and start.until:
-            progress(min(1.0, float(end.time / horizon)))
+    end, goal = _End("" if start.until else "complete", start.until * 0, row), float(run.goal)
+    initial = run.system.initial_data(row, parameters, precision.context)
+    for piece in run.system.pieces(initial, goal, tolerance, limit) if start.until else ():
+        end = run.take(piece)
+        run.report(end.time)
         if end.status:
             break
-        require_few_steps(run.steps, float(end.time), float(horizon))
-    status = end.status
-    if status == "complete" and run.losses:
-        status = "contact_ignored"
-    events = run.zeros.collect() if run.zeros else nothing_found(setup)
-    series = partial(join, run.blocks, run.size)
-    return Propagation(status, end.time, end.row, run.steps, order, events, series)
+        require_few_steps(run.steps, float(end.time), goal)
+    return run.ended(*end, order)
 
 
 class _End(NamedTuple):
@@ -112,13 +100,12 @@ class _End(NamedTuple):
     row: Row
 
 
-class _DoublesRun:
-    """A run: its steps, its events, and the ends so far."""
+class _DoublesRun(Run):
+    """A run by pieces, and the ends of its phase so far."""
 
-    def __init__(self, setup: Setup, start: InitialState):
-        self.setup, self.start, self.fn = setup, start, setup.precision.context
-        self.size, self.steps = len(setup.layout.columns), 0
-        self.losses = int(no_contact_at_start(setup, start))
+    def __init__(self, setup: Setup, start: InitialState, progress: Progress | None):
+        super().__init__(setup, start, progress)
+        self.fn, self.size = setup.precision.context, len(setup.layout.columns)
         brief = setup.phase.brief or bool(setup.tolerance and setup.tolerance > COARSE)
         self.system, names = _compiled(setup.but(tolerance=0.0, contact="", events=()), brief)
         ends = tuple(
@@ -126,27 +113,25 @@ class _DoublesRun:
             for name in names
         )
         self.ends = Zeros(setup.but(events=ends), start)
-        self.zeros = Zeros(setup, start) if setup.events else None
-        self.blocks: list[Steps] = []
 
-    def take(self, piece: StepBlock, horizon: Scalar) -> _End:
+    def take(self, piece: StepBlock) -> _End:
         """Read the next piece up to its end."""
-        block = of_block(piece, self.size, horizon)
+        block = of_block(piece, self.size, self.goal)
         end = self._first_end(block, piece)
-        if not end.status and piece.good < len(piece.lengths):
-            row = numbers_of(piece.row(piece.good)[:, : self.size], self.fn)
-            end = _End("failed", number(piece.begins[piece.good], self.fn), row)
-        if end.status:
-            if not end.time:
-                return end
-            block = of_block(piece, self.size, end.time)
-        self.blocks.append(block)
+        if not end and piece.good < len(piece.lengths):
+            end = self._end("failed", piece.begins[piece.good], piece.row(piece.good))
+        if end and not end.time:
+            return end
+        block = of_block(piece, self.size, end.time) if end else block
+        self.add(block)
         self.steps += len(block)
-        if self.zeros:
-            self.zeros.search(block)
-        return end if end.status else self._later_end(block, piece, horizon)
+        return end or self._later_end(block, piece)
 
-    def _first_end(self, block: Steps, piece: StepBlock) -> _End:
+    def _end(self, status: str, time: Array, row: Array) -> _End:
+        """Return an end that is given in doubles."""
+        return _End(status, number(time, self.fn), numbers_of(row[:, : self.size], self.fn))
+
+    def _first_end(self, block: Steps, piece: StepBlock) -> _End | None:
         """Return the first zero at which the motion ends."""
         suspect = piece.suspect[piece.suspect < len(block)]
         passed = len(self.ends.collect().hits)
@@ -162,19 +147,18 @@ class _DoublesRun:
                 self.losses += 1
             elif not (goes_on and goes_on(form, end.status, eps, setup.tolerance)(here, -1)):
                 return end
-        return _End("", self.fn.mpf(0), ())
+        return None
 
-    def _later_end(self, block: Steps, piece: StepBlock, horizon: Scalar) -> _End:
+    def _later_end(self, block: Steps, piece: StepBlock) -> _End:
         """Return the end of a piece without zeros: at the horizon, or where steps are too short."""
-        time, mpfr = number(piece.end_time, self.fn), self.setup.precision.mpfr
-        if piece.end_time[0] >= float(horizon):
+        end, mpfr = self._end("", piece.end_time, piece.end_row), self.setup.precision.mpfr
+        if piece.end_time[0] >= float(self.goal):
             with mpfr.precision():
-                row = tuple(mpfr.back(x[0]) for x in block.at(mpfr.array([horizon]), mpfr))
-            return _End("complete", horizon, row)
-        advance = time - number(piece.begins[0], self.fn)
-        crawls = len(piece.lengths) > 1 and advance < self.setup.precision.eps * horizon
-        row = numbers_of(piece.end_row[:, : self.size], self.fn) if crawls else ()
-        return _End("failed" if crawls else "", time, row)
+                row = tuple(mpfr.back(x[0]) for x in block.at(mpfr.array([self.goal]), mpfr))
+            return _End("complete", self.goal, row)
+        advance = end.time - number(piece.begins[0], self.fn)
+        crawls = len(piece.lengths) > 1 and advance < self.setup.precision.eps * self.goal
+        return end._replace(status="failed" if crawls else "")
 
 
 def _end_function(setup: Setup, start: InitialState, name: str, q: Motion) -> Scalar:
