@@ -61,7 +61,7 @@ def sample_times(start: InitialState, scene: Scene) -> Array:
     return start.once("sample times", compute)
 
 
-class Run:
+class TaylorRun:
     """A propagation so far: its steps, their number, and its events."""
 
     def __init__(
@@ -122,7 +122,7 @@ def propagate(
                 shorter = propagate(setup, start, until=last, series=series)
                 return shorter._replace(status="failed")
             row = start.first_row(setup.formulation, setup.record)
-            return Run(setup, start).ended("failed", last, row, order)
+            return TaylorRun(setup, start).ended("failed", last, row, order)
         run.losses += len(integrator.losses)
         ended = run.ended(status_of(outcome, integrator.terminal), *run.end)
     if series:
@@ -132,7 +132,7 @@ def propagate(
     return ended._replace(series=lambda: again().series(), samples=run.samples)
 
 
-class _BlockwiseRun(Run):
+class _BlockwiseRun(TaylorRun):
     """A propagation by blocks of steps.
 
     Between the blocks, and between the steps of wide arithmetics, Python runs: then progress is

@@ -17,7 +17,7 @@ import numpy
 from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.events import Event
-from tt_precise.integration.heyoka_backend import Run
+from tt_precise.integration.heyoka_backend import TaylorRun
 from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
 from tt_precise.integration.solution import Propagation, Segment, require_few_steps
 from tt_precise.integration.steps import Steps, of_block
@@ -100,7 +100,7 @@ class _End(NamedTuple):
     row: Row
 
 
-class _DoublesRun(Run):
+class _DoublesRun(TaylorRun):
     """A run by pieces, and the ends of its phase so far."""
 
     def __init__(self, setup: Setup, start: InitialState, progress: Progress | None):
