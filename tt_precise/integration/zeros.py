@@ -391,8 +391,8 @@ class Zeros:
             of, at = extrema(Polynomials(*(x[..., open_] for x in kept)))
             if len(of):
                 of = numpy.flatnonzero(shaped)[open_[of]]
-                position, reach = begin[of] + at * width[of], width[of] * ~at_start[of]
-                points.append(numpy.stack([position, self._at(position), doubt[of], reach]))
+                position, extent = begin[of] + at * width[of], width[of] * ~at_start[of]
+                points.append(numpy.stack([position, self._at(position), doubt[of], extent]))
             begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
             middle = self._errors_at(begin + width)
             # where errors exceed the function it may be undefined, which is asked later
@@ -405,10 +405,10 @@ class Zeros:
 
     def _decided(self, points: Array) -> Array:
         """Return points whose signs are decided in the arithmetic of the run, or at the start."""
-        position, value, error, reach = points
+        position, value, error, extent = points
         unsure = numpy.flatnonzero(~(abs(value) > error))
         if self._wide and len(unsure):
-            still, turning = unsure[reach[unsure] == 0], unsure[reach[unsure] > 0]
+            still, turning = unsure[extent[unsure] == 0], unsure[extent[unsure] > 0]
             if len(still):
                 value[still] = self._at(position[still], self._numbers)
             if len(turning):
@@ -427,7 +427,7 @@ class Zeros:
 
     def _turn(self, points: Array, turning: Array) -> None:
         """Move extrema to the vertices of parabolas, in the arithmetic of the run."""
-        numbers, (place, _, _, reach) = self._numbers, points[:, turning]
+        numbers, (place, _, _, extent) = self._numbers, points[:, turning]
         which, step, inside = self._located(place)
         position = numbers.array(inside.tolist())
 
@@ -436,16 +436,16 @@ class Zeros:
 
         far = FLATTEST
         while far**2 >= self._rounding:
-            aside = far * reach
+            aside = far * extent
             left, middle, right = (function(position + d) for d in (-aside, 0 * aside, aside))
             move = aside * (left - right) / 2 / (left - 2 * middle + right)
-            position = position + numpy.where((abs(move) <= reach).astype(bool), move, 0.0)
+            position = position + numpy.where((abs(move) <= extent).astype(bool), move, 0.0)
             position = numpy.minimum(numpy.maximum(position, 0 * position), 0 * position + 1)
             far *= far
         points[1, turning] = function(position).astype(float)
         points[0, turning] += position.astype(float) - inside
 
-    def _changes_of_sign(self, position: Array, value: Array, error: Array, reach: Array) -> Array:
+    def _changes_of_sign(self, position: Array, value: Array, error: Array, extent: Array) -> Array:
         """Return the points behind the changes of sign, and note what is undecided."""
         error = numpy.where(numpy.isfinite(error), error, 0)
         signs = numpy.where(abs(value) > error, numpy.sign(value), 0).astype(int)
@@ -465,7 +465,7 @@ class Zeros:
             before = numpy.append(last, sign[:-1])
             if not last:
                 # an undecided extremum since the exact start may hide two zeros
-                if not self._continued and reach[mine][: counted[0]].any():
+                if not self._continued and extent[mine][: counted[0]].any():
                     self._unresolved.add(i)
                 gap[0] = 0
             if (gap > TANGENCY).any():
