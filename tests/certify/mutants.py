@@ -197,5 +197,6 @@ def mutants_of(module: str) -> pytest.MarkDecorator:
 
 def assert_noticed(mutant: Mutant) -> None:
     """Assert that the control of a mutant fails on it."""
+    trusted = program(mutant)  # which fails if the text to change is not there
     with pytest.raises(DEATHS):
-        run(mutant.control, program(mutant))
+        run(mutant.control, trusted)

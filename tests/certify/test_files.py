@@ -88,8 +88,7 @@ def test_every_printed_digit_is_proved(stored: Stored) -> None:
 
 def test_the_code_of_a_proof_is_what_a_reader_has_to_trust() -> None:
     text = (store.home().parent / "docs/explanation/proof.md").read_text("utf-8")
-    table = text.partition("| files |\n| --- | --- |\n")[2].partition("\n\n")[0]
-    named = {cell for row in table.splitlines() for cell in re.findall(r"`([^`]+)`", row)}
+    named = {*re.findall(r"`([^`]+)`", text.partition("| files |")[2].partition("\n\n")[0])}
     folders = {path.removeprefix("certify/").removesuffix(".py") for path in proofs.CODE}
     assert named ^ folders == {"trajectory.csv", "events.csv", "Frame.near"}
 
