@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
-from tt_precise.integration.columns import Name
+from tt_precise.integration.columns import Name, name_of
 from tt_precise.integration.errors import DIGITS, ERROR, table_with_errors
 from tt_precise.integration.reading import (
     DRIFT,
@@ -18,6 +18,7 @@ from tt_precise.integration.reading import (
     drift_over_time,
     event_columns,
     is_drift,
+    table,
     with_quadratures,
 )
 from tt_precise.integration.solution import Solution
@@ -25,7 +26,7 @@ from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.quantities import described
 from tt_precise.runtime import player, plotting
 from tt_precise.runtime.files import atomic_write
-from tt_precise.runtime.values import Array, InputError, Json, shortened
+from tt_precise.runtime.values import InputError, Json, shortened
 from tt_precise.scene.numerals import as_fraction
 
 if TYPE_CHECKING:
@@ -39,15 +40,6 @@ COARSE = 1000  # Drifts in eps above which a logarithmic scale shows more than a
 # Values of each course in a page of 0.1 MB: a nutation is round, and a screen has fewer pixels.
 LEAST_PLAYED, MOST_PLAYED = 1500, 4000
 PLAYED_EVERY_S = 0.01
-
-
-def columns_of(
-    run: Solution, names: Sequence[Name], times: Sequence[float] | None = None
-) -> dict[str, Array]:
-    """Columns in double by their shown names, also of estimated errors; ``times`` in s."""
-    exact = None if times is None else list(map(as_fraction, times))
-    columns = table_with_errors(run, names, exact, "float")
-    return {_name(name): column for name, column in columns.items()}
 
 
 def figure(
@@ -65,17 +57,23 @@ def figure(
     if not panels:
         drifts = tuple(f"{DRIFT}{name}" for name in drift_over_time(run))
         panels = [("theta",), ENERGIES, ("g_n",), drifts]
-    samples = columns_of(run, [name for panel in panels for name in panel])
+    columns = [name for panel in panels for name in panel]
+    tables = [
+        (name, table_with_errors(solution, columns, None, "float"))
+        for name, solution in ((label, run), *others.items())
+    ]
     with plotting.styled():
         drawing = plotting.new_figure(WIDTH, PANEL * len(panels) + 0.5)
         axes = list(drawing.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
         for panel, place in zip(panels, axes, strict=True):
-            _panel(place, run, samples, panel)
-            for its_label, other in others.items():
-                curve = columns_of(other, panel)
-                place.plot(curve["t"], curve[_name(panel[0])], label=its_label)
-        if others:
-            axes[0].lines[0].set_label(label)
+            for its_label, samples in tables:
+                for name in map(name_of, panel):
+                    at = plotting.thinned(samples["t"], samples[name])
+                    curve = its_label if others else symbol(name)
+                    place.plot(samples["t"][at], samples[name][at], label=curve)
+            _scale(place, run, panel)
+            if len(panel) > 1:
+                place.legend(loc="center left", bbox_to_anchor=(1, 0.5))
         _events(axes[0], run, 1 + len(others))
         if others or run.event_counts:
             axes[0].legend(loc="center left", bbox_to_anchor=(1, 0.5))
@@ -86,32 +84,25 @@ def figure(
     return drawing
 
 
-def _panel(
-    axes: Axes, run: Solution, samples: Mapping[str, Array], columns: Sequence[Name]
-) -> None:
-    names, several = [_name(column) for column in columns], len(columns) > 1
-    first = names[0].removeprefix(ERROR).removeprefix(DRIFT)
-    for name in names:
-        at = plotting.thinned(samples["t"], samples[name])
-        axes.plot(samples["t"][at], samples[name][at], label=_label(name))
-    symbol = _label(names[0])
-    if is_drift(names[0]):
-        kind, eps = "change" if changes(run, names) else "drift", float(run.precision.eps)
-        if kind == "drift" and max(numpy.nanmax(samples[n]) for n in names) > COARSE * eps:
+def _scale(axes: Axes, run: Solution, columns: Sequence[Name]) -> None:
+    """Set the label and the scale of a panel whose curves are drawn."""
+    name, several = name_of(columns[0]), len(columns) > 1
+    if is_drift(name):
+        kind, eps = "change" if changes(run, columns) else "drift", float(run.precision.eps)
+        largest = max(numpy.nanmax(line.get_ydata()) for line in axes.lines)
+        if kind == "drift" and largest > COARSE * eps:
             axes.set_yscale("symlog", linthresh=eps)
             locator: Any = axes.yaxis.get_major_locator()
             locator.set_params(numticks=6)
         axes.set_ylim(bottom=0)
-        axes.set_ylabel(f"relative {kind}" + ("" if several else f"\nof {symbol}"))
-    else:
-        unit = "1" if first == DIGITS else getattr(columns[0], "unit", None)
-        unit = unit or described(first).unit
-        axes.set_ylabel(unit if several else f"{symbol} / {unit}")
-    if names[0].startswith(ERROR):
+        axes.set_ylabel(f"relative {kind}" + ("" if several else f"\nof {symbol(name)}"))
+        return
+    unit = getattr(columns[0], "unit", "1" if name == DIGITS else "")
+    unit = unit or described(name.removeprefix(ERROR)).unit
+    axes.set_ylabel(unit if several else f"{symbol(name)} / {unit}")
+    if name.startswith(ERROR):
         axes.set_yscale("log")
-    if several:
-        axes.legend(loc="center left", bbox_to_anchor=(1, 0.5))
-    if names == ["g_n"]:
+    if name == "g_n":
         axes.axhline(0, color=plotting.GREY, linewidth=0.8)
 
 
@@ -119,7 +110,7 @@ def _events(axes: Axes, run: Solution, curves: int) -> None:
     """Draw a tick for each event, one row for each name, below the first panel's ``curves``."""
     events = event_columns(run, ())
     for row, name in enumerate(dict.fromkeys(events["name"])):
-        times = [float(t) for n, t in zip(events["name"], events["t"], strict=True) if n == name]
+        times = events["t"][events["name"] == name].astype(float)
         axes.plot(
             times, [0.02 + 0.05 * row] * len(times), "|", markersize=5,
             color=plotting.CYCLE[(row + curves) % len(plotting.CYCLE)],
@@ -127,13 +118,10 @@ def _events(axes: Axes, run: Solution, curves: int) -> None:
         )  # fmt: skip
 
 
-def _name(name: Name) -> str:
-    return str(getattr(name, "name", name))
-
-
-def _label(name: str) -> str:
+def symbol(name: str) -> str:
+    """A column as figures name it."""
     if name.startswith(ERROR):
-        return f"error of {_label(name.removeprefix(ERROR))}"
+        return f"error of {symbol(name.removeprefix(ERROR))}"
     column = name.removeprefix(DRIFT)
     return plotting.SYMBOLS.get(column, column.replace("_", " ") if is_drift(name) else column)
 
@@ -180,15 +168,15 @@ def animate(
     law = run.scene.body.friction  # named where it is not the viscous one
     own = run.scene.name if law is VISCOUS else f"{run.scene.name}, {law.name} friction"
     # the runs that have the pose: an early end may differ in its last bits
-    runs = {n: with_quadratures(x) for n, x in {label or own: run, **others}.items()}
-    ends = [float(solution.t_end) for solution in runs.values()]
+    runs = [(n, with_quadratures(x)) for n, x in ((label or own, run), *others.items())]
+    ends = [float(solution.t_end) for _, solution in runs]
     last = min(ends) if end is None else end
     if not 0 <= begin < last <= min(ends):
         raise InputError(
             f"animate: got {shortened(begin)} to {shortened(last)} s, expected a span within 0 "
             f"to {min(ends):g} s"
         )
-    motions = [playable(solution, begin, last, seconds, name) for name, solution in runs.items()]
+    motions = [playable(solution, begin, last, seconds, name) for name, solution in runs]
     atomic_write(target, player.page(motions))
     return target
 
@@ -200,24 +188,18 @@ def playable(
     count = min(MOST_PLAYED, max(LEAST_PLAYED, round((end - begin) / PLAYED_EVERY_S)))
     times = numpy.linspace(begin, end, count + 1)
     names = ("theta", "phi", "psi", "x", "y", "z", "kx", "ky", "kz")
-    table = columns_of(run, names, times.tolist())
-    scene = run.scene
-    R, alpha = float(scene.body.R), float(scene.body.alpha)
-    course = {name: table[name] for name in ("theta", "phi", "psi")}
+    columns = table(run, names, tuple(map(as_fraction, times.tolist())))
+    scene, R, alpha = run.scene, float(run.scene.body.R), float(run.scene.body.alpha)
+    course = {name: columns[name] for name in ("theta", "phi", "psi")}
     # the point below the sphere's centre, which lies alpha R along the axis from the centre of mass
-    course |= {name: table[name] / R + alpha * table[f"k{name}"] for name in ("x", "y")}
+    course |= {name: columns[name] / R + alpha * columns[f"k{name}"] for name in ("x", "y")}
     if scene.further_columns:
-        course["lift"] = numpy.maximum(table["z"] / R + alpha * table["kz"] - 1, 0)
+        course["lift"] = numpy.maximum(columns["z"] / R + alpha * columns["kz"] - 1, 0)
     words = (
         f"{scene.title or scene.name}: theta over {begin:g} to {end:g} s, and the track of the "
         "point below the sphere's centre, in radii of the top. The model is a sphere: the drawn "
         "stem ends where the table is."
     )
-    return player.drawing(
-        (end - begin) / count,
-        {name: values.tolist() for name, values in course.items()},
-        title=f"{label}: {run.status}",
-        words=words,
-        begin=begin,
-        seconds=seconds,
-    )
+    every, lists = (end - begin) / count, {name: x.tolist() for name, x in course.items()}
+    title = f"{label}: {run.status}"
+    return player.drawing(every, lists, title=title, words=words, begin=begin, seconds=seconds)
