@@ -66,7 +66,9 @@ class State:
     def _repr_html_(self) -> str:
         from tt_precise.runtime.files import as_html
 
-        return as_html("State (SI)", [(name, text, unit_of(name)) for name, text in self._lines])
+        return as_html(
+            "State (SI)", [(name, text, described(name).unit) for name, text in self._lines]
+        )
 
     def __getattr__(self, name: str) -> Scalar:
         values = self.__dict__.get("values", {})  # there are none during copying
@@ -91,11 +93,6 @@ class State:
 def name_of(name: Name) -> str:
     """The name of a column as users read it."""
     return str(getattr(name, "name", name))
-
-
-def unit_of(name: str) -> str:
-    """The SI unit of a column of the state or a recorded quadrature."""
-    return described(name).unit
 
 
 class Columns:

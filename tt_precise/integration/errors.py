@@ -235,10 +235,9 @@ class Errors:
     @property
     def _numbers(self) -> Any:
         """The arithmetic of arrays in which both runs are compared."""
-        precisions = self._run.precision, self.reference.precision
-        if self._run.precision.is_float and not any(x.kind.in_software for x in precisions):
-            return LONG_DOUBLES
-        return max(precisions, key=lambda precision: precision.bits).mpfr
+        other = self.reference.precision
+        hardware = self._run.precision.is_float and not other.kind.in_software
+        return LONG_DOUBLES if hardware else other.mpfr
 
     def _table(
         self, pairs: Iterable[Pair], count: int, names: Iterable[Name] = ()
@@ -258,18 +257,22 @@ class Errors:
                     errors[name][pair.index] = column
         return errors
 
-    @cached_property
-    def _end(self) -> list[Pair]:
-        """The states of both runs at their ends; none if these are of different kinds."""
+    def _ends(self, mine: Segment, theirs: Segment, row: int) -> Pair:
+        """Return the states of two segments at their ends, for one row of a table."""
+        segments = (mine, theirs)
+        delay = abs(float(mine.begin + mine.end_time - theirs.begin - theirs.end_time))
+        states = [[self._numbers.array([x]) for x in segment.end_row] for segment in segments]
+        return Pair(numpy.array([row]), mine, states[0], theirs, states[1], delay)
+
+    def _last(self, row: int) -> list[Pair]:
+        """Return the states of both runs at their ends; none if these are of different kinds."""
         run, other = self._run, self.reference
-        if run.status != other.status:
-            return []
-        with rounding_of(self._numbers):
-            return [_ends(run.segments[-1], other.segments[-1], self._numbers)]
+        alike = run.status == other.status
+        return [self._ends(run.segments[-1], other.segments[-1], row)] if alike else []
 
     @cached_property
     def _at_end(self) -> dict[Any, Array]:
-        return self._table(self._end, 1)
+        return self._table(self._last(0), 1)
 
     @cached_property
     def at_end(self) -> dict[str, float]:
@@ -310,8 +313,7 @@ class Errors:
                 if len(index):
                     both = [x[first] for x in row], theirs, [x[second] for x in better]
                     pairs.append(Pair(index, mine, *both))
-        last = numpy.array([len(times) - 1])
-        return pairs if arrived else [*pairs, *(end._replace(index=last) for end in self._end)]
+        return pairs if arrived else [*pairs, *self._last(len(times) - 1)]
 
     def events(self, names: Iterable[Name] = ()) -> dict[Any, Array]:
         """The table of errors of the events in order of time; their digits include the time's.
@@ -354,8 +356,7 @@ class Errors:
                 after = (*mine[segment], segment.ended)
                 for finer_segment in other.segments:
                     if (*theirs[finer_segment], finer_segment.ended) == after:
-                        ends = _ends(segment, finer_segment, numbers)
-                        yield ends._replace(index=numpy.array([first]))
+                        yield self._ends(segment, finer_segment, first)
                 first += 1
 
     @cached_property
@@ -369,13 +370,6 @@ class Errors:
             error, unit = numpy.float64(self.at_end["t_end"]), float(run.start.units.time)
             digits.append(digits_of_time(error, float(run.t_end), unit))
         return float(min(digits))
-
-
-def _ends(mine: Segment, theirs: Segment, numbers: Any) -> Pair:
-    """Return the states of two segments at their ends."""
-    row, better = ([numbers.array([x]) for x in segment.end_row] for segment in (mine, theirs))
-    delay = abs(float(mine.begin + mine.end_time - theirs.begin - theirs.end_time))
-    return Pair(numpy.arange(1), mine, row, theirs, better, delay)
 
 
 def _switches(run: Solution) -> dict[Segment, tuple[str, ...]]:

@@ -14,15 +14,14 @@ from typing import Any, Literal, NamedTuple
 import numpy
 
 from tt_precise.integration.columns import POSE_NAMES, Name, State, vertical
-from tt_precise.integration.events import ARRIVED
 from tt_precise.integration.heyoka_backend import sample_times
 from tt_precise.integration.precision import DOUBLES, Hardware, times_in
 from tt_precise.integration.solution import Segment, Solution
 from tt_precise.integration.zeros import Hits
-from tt_precise.mechanics.conserved import OF_QUANTITY, Integral, conserved, drift
+from tt_precise.mechanics.conserved import OF_QUANTITY, Integral, conserved
 from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import Array, Scalar, wrong_name
-from tt_precise.scene.numerals import as_fraction, shortest_texts
+from tt_precise.scene.numerals import shortest_texts
 from tt_precise.scene.scene import RECORDABLE
 
 Numbers = Literal["float", "exact", "text"]
@@ -70,16 +69,13 @@ def states_at(run: Solution, times: Sequence[Fraction] | Array, numbers: Any) ->
         with rounding_of(numbers):
             if isinstance(numbers, Hardware) and times is run.scene.sample_times:
                 return at_times(run, sample_times(run.start, run.scene), numbers, samples=True)
-            array = numpy.asarray(times)
-            for extreme in (array.min(), array.max()):
-                run.dimensionless_time(extreme)
-            seconds = numbers.of_fractions(times)
+            seconds, end = numbers.of_fractions(times), times_in(numbers, [run.end])[0]
+            doubles = seconds.astype(float)
+            for extreme in (doubles.argmin(), doubles.argmax()):
+                run.dimensionless_time(times[extreme])
             local = seconds / times_in(numbers, [run.start.units.time])[0]
-            if run.precision.is_float:
-                last = seconds.astype(float) >= float(run.end)
-            else:
-                last = numpy.array([t >= as_fraction(run.end) for t in times], dtype=bool)
-            local[last] = times_in(numbers, [run.end_time])[0]
+            last = doubles >= float(end) if run.precision.is_float else seconds >= end
+            local[last.astype(bool)] = times_in(numbers, [run.end_time])[0]
             return at_times(run, local, numbers)
 
     if not len(times):
@@ -120,26 +116,17 @@ def table(
     times = run.sample_times if times is None else times
     is_float = run.precision.is_float
     arrays: Any = DOUBLES if is_float and numbers != "text" else run.precision.numbers
-    columns = _columns(run, names, times, arrays)
-    with rounding_of(arrays):
-        t = numpy.array(times, dtype=float) if is_float else arrays.of_fractions(times)
-        every = {"t": t, **columns}
-        return {name: converted(run, values, numbers) for name, values in every.items()}
-
-
-def _columns(
-    run: Solution, names: Sequence[Name], times: Sequence[Fraction] | Array, arrays: Any
-) -> dict[Any, Array]:
-    """Return named columns in an arithmetic of arrays."""
-    kind = arrays.kind if isinstance(arrays, Hardware) else object
-    columns: dict[Any, Any] = {name: numpy.empty(len(times), dtype=kind) for name in names}
     for name in names:
         run.columns.dimension(name)  # refuses an unknown name where there are no times too
+    kind = float if is_float else object
+    columns: dict[Any, Any] = {name: numpy.empty(len(times), dtype=kind) for name in names}
     with rounding_of(arrays):
         for segment, index, row in states_at(run, times, arrays):
             for name, values in segment.columns.of_arrays(names, row, arrays).items():
                 columns[name][index] = values
-    return columns
+        t = numpy.array(times, dtype=float) if is_float else arrays.of_fractions(times)
+        every = {"t": t, **columns}
+        return {name: converted(run, values, numbers) for name, values in every.items()}
 
 
 def with_quadratures(run: Solution) -> Solution:
@@ -149,11 +136,10 @@ def with_quadratures(run: Solution) -> Solution:
     """
     if set(RECORDABLE) <= set(run.setup.record):
         return run
-    if not run.scene.start.theta.at_pole:
-        again = run.once(with_quadratures, lambda: run.again(record=RECORDABLE, events=()))
-        if again.status == run.status:
-            return again
-    raise vertical()
+    again = run.once(with_quadratures, lambda: run.again(record=RECORDABLE, events=()))
+    if again.status != run.status:
+        raise vertical()
+    return again
 
 
 def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
@@ -211,22 +197,27 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
 # ---- conserved quantities -----------------------------------------------------------------------
 
 
-def integrals(run: Solution) -> list[Integral]:
-    """The integrals of the motion that the run's state determines."""
-    return [
-        integral
-        for integral in conserved(run.scene.model, run.scene.body)
-        if run.columns.has_azimuth or not integral.azimuth
-        if run.setup.formulation.coordinates == "newton" or integral.name != "axis_norm"
+def integrals(run: Solution) -> dict[str, Integral]:
+    """The integrals of the motion that the run's state determines, by name and by quantity."""
+    laws = [
+        law
+        for law in conserved(run.scene.model, run.scene.body)
+        if run.columns.has_azimuth or not law.azimuth
+        if run.setup.formulation.coordinates == "newton" or law.name != "axis_norm"
     ]
+    return {law.name: law for law in laws} | {name: law for law in laws for name in law.quantities}
+
+
+def is_drift(name: Name) -> bool:
+    """Return whether a column is the drift of a quantity, such as "drift:jellett"."""
+    return isinstance(name, str) and name.startswith(DRIFT)
 
 
 def changes(run: Solution, names: Iterable[Name]) -> str:
     """Return a sentence on the drifts in ``names`` of what the motion does not conserve, or ""."""
-    laws = integrals(run)
-    conserved = {f"{DRIFT}{name}" for law in laws for name in (law.name, *law.quantities)}
-    others = [str(name) for name in names if is_drift(name) and name not in conserved]
-    kept = ", ".join(law.name for law in laws)
+    laws, drifts = integrals(run), [str(name) for name in names if is_drift(name)]
+    others = [name for name in drifts if name.removeprefix(DRIFT) not in laws]
+    kept = ", ".join(dict.fromkeys(law.name for law in laws.values()))
     text = f"{', '.join(others)}: changes since the start, no errors; this motion conserves {kept}"
     return text if others else ""
 
@@ -243,63 +234,42 @@ class Drifts(dict[str, Any]):
 
 def drift_over_time(run: Solution) -> Drifts:
     """Relative change since the start of each conserved quantity, at ``sample_times``."""
-    return Drifts((name, converted(run, values, "exact")) for name, values in _drifts(run).items())
-
-
-def _drifts(run: Solution) -> Drifts:
-    """Return the drifts in the arithmetic in which the run is read."""
-    arrays: Any = run.precision.numbers
-    count, first, laws = len(run.sample_times), run.segments[0], integrals(run)
-    kind = arrays.kind if isinstance(arrays, Hardware) else object
-    drifts = Drifts((law.name, numpy.empty(count, dtype=kind)) for law in laws)
-    with rounding_of(arrays):
-        begin = first.columns.array_motion([arrays.array([x]) for x in first.start_row], arrays)
-        for segment, index, row in states_at(run, run.sample_times, arrays):
-            if index[-1] == count - 1 and run.status not in ARRIVED:
-                row = [x.copy() for x in row]
-                for x, value in zip(row, segment.end_row, strict=True):
-                    x[-1] = arrays.number(value)
-            q = segment.columns.array_motion(row, arrays)
-            for law in laws:
-                drifts[law.name][index] = drift(law, [begin, q])[1] + 0 * row[0]
-    return drifts
-
-
-def is_drift(name: Name) -> bool:
-    """Return whether a column is the drift of a quantity, such as "drift:jellett"."""
-    return isinstance(name, str) and name.startswith(DRIFT)
+    names = {law.name: f"{DRIFT}{law.name}" for law in integrals(run).values()}
+    columns = drift_columns(run, names.values(), "exact")
+    return Drifts((name, columns[column]) for name, column in names.items())
 
 
 def drift_columns(
     run: Solution, names: Iterable[str], numbers: Numbers = "float"
 ) -> dict[str, Array]:
-    """The relative drifts of the columns "drift:NAME" at the samples.
+    """The relative drifts of the columns "drift:NAME" at the samples, in finer arithmetic.
 
-    NAME is an integral of the motion or a quantity with its value, whose drift is computed in finer
-    arithmetic, or any quantity: the change since the start over its value there, or over its
-    largest value if it starts at 0 (``changes``).
+    NAME is an integral of the motion or a quantity with its value, or any quantity: the change
+    since the start over its value there, or over its largest value if it starts at 0 (``changes``).
 
     Raises ``InputError``: there is no such quantity.
     """
-    drifts, columns = _drifts(run), {}
-    for name in names:
-        quantity = name.removeprefix(DRIFT)
-        if quantity in drifts or OF_QUANTITY.get(quantity) in drifts:
-            values = drifts[quantity]
-        elif quantity in QUANTITIES:
-            values = _changes(run, quantity)
-        else:
+    laws, arrays, times = integrals(run), run.precision.numbers, run.sample_times
+    known = {n: QUANTITIES[n] for n in QUANTITIES if n in run.columns.dimensions} | laws
+    entries: dict[str, Any] = {name: known.get(name.removeprefix(DRIFT)) for name in names}
+    for name, entry in entries.items():
+        if entry is None:
             also, expected = ", or a quantity such as E or D", f"{DRIFT} and one of: "
-            raise wrong_name("column", name, drifts, also, expected=expected)
-        columns[name] = converted(run, values, numbers)
-    return columns
-
-
-def _changes(run: Solution, name: str) -> Array:
-    """Return the changes of a quantity over its value at the start, or its largest one."""
-    arrays: Any = run.precision.numbers
-    values = _columns(run, [name], run.sample_times, arrays)[name]
+            raise wrong_name("column", name, laws, also, expected=expected)
+    kind = arrays.kind if isinstance(arrays, Hardware) else object
+    drifts = {name: numpy.empty(len(times), dtype=kind) for name in names}
     with rounding_of(arrays):
-        sizes = abs(values)
-        largest = max(sizes[(values - values == 0).astype(bool)], default=0)
-        return abs(values - values[0]) / (sizes[0] or largest or 1)
+        first = run.segments[0]
+        start = first.columns.array_motion([arrays.array([x]) for x in first.start_row], arrays)
+        for segment, index, row in states_at(run, times, arrays):
+            q = segment.columns.array_motion(row, arrays)
+            for name, entry in entries.items():
+                drifts[name][index] = abs(entry.evaluate(q) - entry.evaluate(start)) + 0 * row[0]
+        for name, entry in entries.items():
+            if isinstance(entry, Integral):
+                scale = entry.scale(start)
+            else:
+                finite = [value for value in drifts[name] if value - value == 0]
+                scale = abs(entry.evaluate(start)) or max(finite, default=0)
+            drifts[name] = converted(run, drifts[name] / (scale or 1), numbers)
+    return drifts
