@@ -34,11 +34,11 @@ slip = named("slip", lambda q: q.fn.sqrt(q.state.vx**2 + q.state.vy**2))
 @pytest.mark.parametrize("digits", [5, 20])
 def test_a_function_is_a_column_and_an_event(reference: Scene, digits: int) -> None:
     run = tt.integrate(reference.varied(until="6"), digits=digits, events=["theta_max", half_up])
-    events = run.events[run.events["name"] == "half_up"]
+    events = run.event_frame("theta", "digits").query("name == 'half_up'")
     assert len(events) > 2
     apart = abs(events["theta"] - run.precision.context.pi / 3)
     assert max(apart) < 10.0**-digits + (1e-15 if digits < 16 else 0)
-    assert run.event_frame("digits").query("name == 'half_up'")["digits"].min() >= digits
+    assert events["digits"].min() >= digits
     frame = run.frame([half_up, "kz"], energy, "E", "error:energy", "error:E")
     assert list(frame)[:5] == ["t", "half_up", "kz", "energy", "E"]
     assert frame["half_up"].to_numpy() == pytest.approx(frame["kz"].to_numpy() - 0.5)
@@ -53,10 +53,9 @@ def test_a_unit_makes_it_si_and_no_unit_is_said(reference: Scene, precision: str
     run = tt.integrate(reference.varied(until="1"), precision)
     frame = run.frame(tt.quantity(slip, "m/s"), "gliding_speed", slip)
     assert list(frame) == ["t", "slip", "gliding_speed", "slip [m = R = g = 1]"]
-    assert frame["slip"].to_numpy() == pytest.approx(frame["gliding_speed"].to_numpy(), rel=1e-14)
-    unit = float(reference.body.g * reference.body.R) ** 0.5
-    dimensionless = frame["slip [m = R = g = 1]"].to_numpy()
-    assert dimensionless * unit == pytest.approx(frame["slip"].to_numpy(), rel=1e-14)
+    speed, unit = frame["gliding_speed"].to_numpy(), float(reference.body.g * reference.body.R)
+    assert frame["slip"].to_numpy() == pytest.approx(speed, rel=1e-14)
+    assert frame["slip [m = R = g = 1]"].to_numpy() * unit**0.5 == pytest.approx(speed, rel=1e-14)
 
 
 @pytest.mark.parametrize("precision", ["double-double", "quad", more("mp"), "triple-double"])
@@ -70,32 +69,6 @@ def test_divided_by_a_constant(reference: Scene, precision: str) -> None:
     assert len(first) == len(second) > 2
     # some eps of the function, over its slope at the zero
     assert max(abs(first.to_numpy() - second.to_numpy())) < 200 * float(run.precision.eps)
-
-
-@pytest.mark.parametrize("asked", [3, [None], [1.5], partial(half_up)])
-def test_what_is_neither_a_name_nor_a_function(asked: Any) -> None:
-    with pytest.raises(InputError, match="events: got"):
-        tt.integrate("reference", events=asked)
-    with pytest.raises(InputError, match="column: got"):
-        tt.integrate("reference", until="0.1").frame(asked)
-
-
-def test_other_columns_and_units_are_refused(half: Scene) -> None:
-    wrong: list[tuple[Any, dict[str, Any], str]] = [
-        (
-            tt.quantity(lambda q: q.omega, "rad/s", name="omega"),
-            {},
-            "got values of omega that are vectors",
-        ),
-        (named("sine", lambda q: numpy.sin(q.state.kx)), {"digits": 20}, "sine: got TypeError"),
-    ]
-    for column, chosen, message in wrong:
-        with pytest.raises(InputError, match=message):
-            tt.integrate(half, **chosen).frame(column)
-    units: list[Any] = ["mm/s", "m/", "metre", "m**2", 7]
-    for function, unit in (*((slip, unit) for unit in units), ("theta", "rad")):
-        with pytest.raises(InputError, match=r"unit: got|quantity: got 'theta'"):
-            tt.quantity(function, unit)
 
 
 OWN: dict[str, tuple[Any, int]] = {
@@ -126,6 +99,26 @@ def test_an_own_event_is_found_in_every_arithmetic(name: str, chosen: dict[str, 
     assert run.event_counts == {name: count}
 
 
+@pytest.mark.parametrize("chosen", [{}, {"digits": 20}, {"precision": "quad"}])
+def test_a_quantity_as_an_event_has_its_extrema(half: Scene, chosen: dict[str, Any]) -> None:
+    """The angle of the axis with a direction that is 0.3 rad off the vertical."""
+
+    def towards(q: Motion) -> Scalar:
+        third = one(q) * 3 / 10
+        return q.fn.acos(q.state.kx * q.fn.sin(third) + q.state.kz * q.fn.cos(third))
+
+    angle = tt.quantity(towards, "1")
+    run = tt.integrate(half, events=[angle, "theta_max"], **chosen)
+    extrema = run.event_frame("error:t").query("name == 'extremum:towards'")
+    assert len(extrema) > 10
+    assert (extrema["error:t"] < 1e-12).all()
+    for t, direction in zip(extrema["t"], extrema["direction"], strict=True):
+        before, there, after = run.frame(angle, times=[t - 1e-4, t, t + 1e-4])["towards"]
+        assert direction * (before - there) > 0 < direction * (after - there)
+
+
+# ---- refused ------------------------------------------------------------------------------------
+
 REFUSED: dict[str, tuple[Any, str]] = {
     "complex": (lambda q: q.state.kx * 1j, "got .* expected a real number"),
     "text": (lambda q: "x", "got 'x' from the function"),
@@ -150,46 +143,46 @@ def test_an_own_event_is_refused_in_one_line(name: str, chosen: dict[str, Any]) 
             tt.integrate("reference", until="0.1", **chosen).frame(function)
 
 
-@pytest.mark.parametrize("chosen", [{}, {"digits": 20}, {"precision": "quad"}])
-def test_a_quantity_as_an_event_has_its_extrema(half: Scene, chosen: dict[str, Any]) -> None:
-    """The angle of the axis with a direction that is 0.3 rad off the vertical."""
-
-    def towards(q: Motion) -> Scalar:
-        third = one(q) * 3 / 10
-        return q.fn.acos(q.state.kx * q.fn.sin(third) + q.state.kz * q.fn.cos(third))
-
-    angle = tt.quantity(towards, "1")
-    run = tt.integrate(half, events=[angle, "theta_max"], **chosen)
-    found = run.event_frame("error:t").query("name == 'extremum:towards'")
-    assert len(found) > 10
-    assert (found["error:t"] < 1e-12).all()
-    for _, row in found.iterrows():
-        t = row["t"]
-        before, there, after = run.frame(angle, times=[t - 1e-4, t, t + 1e-4])["towards"]
-        assert row["direction"] * (before - there) > 0 < row["direction"] * (after - there)
-
-
 @pytest.mark.parametrize(
     "wrong",
     [
+        lambda q: q.omega,
+        # the norm over all times, or NaN for all
         lambda q: q.omega[2] / numpy.linalg.norm(q.omega),
         lambda q: numpy.array(q.omega),
         lambda q: q.omega[2] - numpy.sum(numpy.sqrt(0.0995 - q.euler.theta)),
     ],
 )
-def test_a_function_that_combines_rows_is_refused(reference: Scene, wrong: Any) -> None:
-    """``numpy.linalg.norm`` of a vector of columns is the norm over all times, or NaN for all."""
-    run = tt.integrate(reference, until="0.05")
+def test_a_column_that_is_a_vector_or_combines_times_is_refused(short: Scene, wrong: Any) -> None:
+    run = tt.integrate(short)
     with pytest.raises(InputError, match="combine several times"):
         run.frame(tt.quantity(wrong, "rad/s"))
     right = tt.quantity(lambda q: q.g_n, "N", name="right")  # type: ignore[attr-defined]
     assert run.frame(right)["right"].equals(run.frame("g_n")["g_n"])
 
 
-def test_two_of_one_name_are_refused() -> None:
-    """One of them would be lost."""
-    two = [lambda q: q.state.kx, lambda q: q.state.ky]
+@pytest.mark.parametrize("asked", [3, [None], [1.5], partial(half_up)])
+def test_what_is_neither_a_name_nor_a_function(short: Scene, asked: Any) -> None:
+    with pytest.raises(InputError, match="events: got"):
+        tt.integrate("reference", events=asked)
+    with pytest.raises(InputError, match="column: got"):
+        tt.integrate(short).frame(asked)
+
+
+@pytest.mark.parametrize("unit", ["mm/s", "m/", "metre", "m**2", 7])
+def test_units_with_a_prefix_or_no_meaning_are_refused(unit: Any) -> None:
+    with pytest.raises(InputError, match=r"unit: got"):
+        tt.quantity(slip, unit)
+
+
+def test_other_functions_are_refused(short: Scene) -> None:
+    name: Any = "theta"
+    with pytest.raises(InputError, match="quantity: got 'theta'"):
+        tt.quantity(name, "rad")
+    with pytest.raises(InputError, match="sine: got TypeError"):
+        tt.integrate(short, digits=20).frame(named("sine", lambda q: numpy.sin(q.state.kx)))
+    two = [lambda q: q.state.kx, lambda q: q.state.ky]  # one of one name would be lost
     with pytest.raises(InputError, match="events: got two called <lambda>"):
         tt.integrate("reference", events=two)
     with pytest.raises(InputError, match="column: got two called <lambda>"):
-        tt.integrate("reference", until="0.1").frame(*two)
+        tt.integrate(short).frame(*two)
