@@ -38,11 +38,8 @@ def test_it_turns_as_fast_as_the_angular_velocity_says(half_quad: Trajectory) ->
 
 
 def test_no_pose_where_the_axis_is_exactly_vertical(toppling: Scene) -> None:
-    for scene, message in (
-        ("upright", "a start at a pole"),
-        (toppling, "exactly vertical at some"),
-    ):
-        with pytest.raises(InputError, match=message):
+    for scene in ("upright", toppling):
+        with pytest.raises(InputError, match="an axis that is exactly vertical at some time"):
             integrate(scene).frame(pose=True)
 
 

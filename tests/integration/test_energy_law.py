@@ -32,15 +32,15 @@ def imbalance(run: Trajectory, pieces: Sequence[Any], factor: float = 1.0) -> fl
         times = [Fraction(t) for t in numpy.ravel(times).tolist()]
         return run.frame(name, times=times, numbers="exact")[name].to_numpy(float)
 
+    def power(times: Any) -> Any:
+        return rows("E_dot", times).reshape(times.shape).copy()
+
     start, end = rows("E", [0, run.t_end])
     changes, explained, before = [], 0.0, start
     for piece in pieces:
         count = max(1, math.ceil((piece.end - piece.begin) / WIDEST_S))
         edges = numpy.linspace(float(piece.begin), float(piece.end), count + 1)
-        parts = tanhsinh(
-            lambda t: rows("E_dot", t).reshape(t.shape).copy(), edges[:-1], edges[1:],
-            atol=1e-16 * start, rtol=0, maxlevel=6,
-        )  # fmt: skip
+        parts = tanhsinh(power, edges[:-1], edges[1:], atol=1e-16 * start, rtol=0, maxlevel=6)
         assert parts.success.all()
         work = factor * math.fsum(parts.integral)
         # a row at a bound is of the earlier piece

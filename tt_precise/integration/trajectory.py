@@ -21,7 +21,6 @@ from tt_precise.integration.errors import (
 from tt_precise.integration.reading import Drifts, Numbers, drift_over_time, end_state, state_at
 from tt_precise.integration.setup import Events, Setup, asked_for
 from tt_precise.integration.solution import SLOW, Solution, solve
-from tt_precise.mechanics.quantities import described
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, InputError, Scalar, listed, require_name
 from tt_precise.scene.numerals import as_fraction
