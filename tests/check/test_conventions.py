@@ -1,8 +1,10 @@
-"""The staged search: random conventions are named, wrong physics is explained by none."""
+"""Conventions: random ones are named, wrong physics is explained by none; those of engines."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy
@@ -11,10 +13,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import tt_precise as tt
+from benchmarks.engines import ENGINES as ADAPTERS
 from tests.check.conftest import POSE, VECTORS, Engine, Healthy, check, pose, refuses
-from tests.conftest import more
+from tests.conftest import Said, more
 from tt_precise.check import conventions
-from tt_precise.check.conventions import ANGLE, LENGTH, OURS, TIME, Convention, convert
+from tt_precise.check.conventions import (
+    ANGLE,
+    LENGTH,
+    OURS,
+    TIME,
+    Convention,
+    convert,
+    engine_table,
+)
 from tt_precise.scene.scene import parse_scene
 
 SCENE = tt.load_scene("reference")
@@ -209,24 +220,23 @@ def shifted(frame: pandas.DataFrame) -> pandas.DataFrame:
 
 
 SPOILT: dict[str, Spoil] = {
-    "vx, vy hold vy, vx": holding("vx=vy vy=vx"),
-    "Lx, Ly hold Ly, Lx": holding("Lx=Ly Ly=Lx"),
-    "vx, vy have the other sign": times(-1, "vx vy"),
-    "kz has the other sign": times(-1, "kz"),
-    "the axis points to the other end of the body": times(-1, "kx ky kz"),
+    "the body's symmetry axis is -z": times(-1, "kx ky kz"),
     "the world is y up": holding("ky=kz kz=-ky Ly=Lz Lz=-Ly"),
     "the world is x up": holding("kx=kz ky=kx kz=ky Lx=Lz Ly=Lx Lz=Ly"),
-    "the world is left-handed, or the top spins the other way": times(-1, "ky vy Lx Lz"),
+    "the world is left-handed, z up, or the top spins the other way": times(-1, "ky vy Lx Lz"),
     "the time is in ms": times(1e3, "t"),
     "the time is in minutes": times(1 / 60, "t"),
-    "the velocities are in cm/s": times(100, "vx vy"),
-    "the angular momentum is in kg mm^2/s; the velocities are in mm/s": (
+    "lengths are in cm": times(100, "vx vy"),
+    "lengths are in mm; the angular momentum is in kg mm^2/s": (
         lambda frame: times(1e6, "Lx Ly Lz")(times(1e3, "vx vy")(frame))
     ),
     # what is no convention
     "": shifted,
     "-": times(1.001, "kx"),
     "--": times(1.05, "vx"),
+    "---": holding("vx=vy vy=vx"),
+    "----": holding("Lx=Ly Ly=Lx"),
+    "-----": times(-1, "kz"),
 }
 
 
@@ -255,11 +265,11 @@ def test_conventions_of_vectors_are_named(
     ("text", "spoil"),
     [
         ("the angles are in degrees", times(180 / numpy.pi, "theta phi")),
-        ("the angular velocities are in revolutions per minute",
+        ("the angular velocity is in revolutions per minute",
          times(30 / numpy.pi, "theta_dot phi_dot omega_3")),
-        ("the velocities are in mm/s", times(1e3, "nu_x nu_y")),
-        ("nu_y has the other sign", times(-1, "nu_y")),
-        ("the top spins the other way, or the world is left-handed",
+        ("lengths are in mm", times(1e3, "nu_x nu_y")),
+        ("", times(-1, "nu_y")),
+        ("the world is left-handed, z up, or the top spins the other way",
          times(-1, "phi phi_dot omega_3 nu_y")),
     ],
 )  # fmt: skip
@@ -269,15 +279,109 @@ def test_conventions_of_euler_angles_are_named(text: str, spoil: Spoil) -> None:
     names = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y", "phi")
     frame = run.frame(*names, times=times_, numbers="float")
     found = check(spoil(frame), "reference")
-    assert [cause.text for cause in found.causes] == [text]
+    assert [cause.text for cause in found.causes] == [text] * bool(text)
 
 
 @pytest.mark.parametrize("since", [9.0, 0.7])
 def test_a_convention_holds_in_all_rows(healthy: Healthy, since: float) -> None:
-    """Exchanged columns of a part, longer than what the search looks at, are no convention."""
+    """The world of a part, longer than what the search looks at, is no convention."""
     rows = healthy("reference", 601, 1.2)[VECTORS]
-    exchanged = SPOILT["vx, vy hold vy, vx"](rows).where(rows["t"] < since, rows)
-    found = check(exchanged, "reference", friction="other", start="other")
+    spoilt = SPOILT["the world is y up"](rows).where(rows["t"] < since, rows)
+    found = check(spoilt, "reference", friction="other", start="other")
     named = [cause.text for cause in found.causes if cause.kind == "convention"]
     assert found.verdict == "fail"
-    assert named == (["vx, vy hold vy, vx"] if since > 2 else [])
+    assert named == (["the world is y up"] if since > 2 else [])
+
+
+# ---- engines -----------------------------------------------------------------------------------
+
+# The conventions of engines' documentations; dart and exudyn have ode's, the others bullet's.
+OF_CENTRE: dict[str, Any] = {"point": "centre", "place": "centre"}
+DOCUMENTED = {
+    "mujoco": Convention(**OF_CENTRE, in_body=True),
+    "drake": Convention(**OF_CENTRE),
+    "ode": Convention(),
+    "bullet": Convention(order="scalar last"),
+}
+
+
+def state(engine: str, **changed: Any) -> Columns:
+    """Return the arrays that an engine writes of the first 0.2 s."""
+    columns = written(right(1000, 0.0), replace(DOCUMENTED[engine], **changed))
+    q, w, v, x = (
+        numpy.array([columns[name] for name in names]).T
+        for names in (POSE[:4], POSE[4:7], POSE[7:10], POSE[10:])
+    )
+    if engine == "mujoco":
+        return {"t": columns["t"], "qpos": numpy.hstack([x, q]), "qvel": numpy.hstack([v, w])}
+    return {"time": columns["t"], "quaternion": q, "velocity": v, "angular_velocity": w}
+
+
+def test_every_engine_of_the_adapters_has_a_convention() -> None:
+    assert {engine.name.lower() for engine in ADAPTERS} == {*conventions.ENGINES}
+
+
+@pytest.mark.usefixtures("no_cause")
+@pytest.mark.parametrize("engine", DOCUMENTED)
+def test_each_engine_passes_in_its_own_convention_only(
+    engine: str, tmp_path: Path, said: Said
+) -> None:
+    numpy.savez(tmp_path / "run.npz", **state(engine))  # type: ignore[arg-type]
+    options = f"--scene reference --until 0.199 --digits 9 --from {engine}"
+    said("check", tmp_path / "run.npz", options, status=0)
+    arrays = state(engine)
+    clock = arrays.pop("time", arrays.pop("t", None))
+    renamed: Any = {"engine": engine, "columns": {"clock": "t"}}
+    assert check({"clock": clock, **arrays}, "reference", **renamed).passed
+    other = "mujoco:cm" if engine == "mujoco" else "ode" if engine == "bullet" else "rapier"
+    assert not check(state(engine), "reference", engine=other).passed
+    of_cm = state("mujoco", point="cm", place="cm")
+    assert check(of_cm, "reference", engine="mujoco:cm").passed
+
+
+@pytest.mark.parametrize("form", ["{}{}", "{}_{}"])
+def test_numbered_columns_are_arrays(form: str, tmp_path: Path) -> None:
+    table = pandas.DataFrame({"t": right(1000, 0.0)["t"], "extra": 1.0})
+    for name in ("qpos", "qvel"):
+        for column, values in enumerate(state("mujoco")[name].T):
+            table[form.format(name, column)] = values
+    table.to_csv(tmp_path / "run.csv", index=False)
+    assert check(tmp_path / "run.csv", "reference", engine="mujoco").passed
+
+
+@pytest.mark.parametrize("engine", ["bullet", "drake"])
+def test_components_may_have_their_own_names(engine: str) -> None:
+    """The letters say the order of the quaternion, whatever the engine's."""
+    columns = written(right(1000, 0.0), replace(DOCUMENTED[engine], order="scalar first"))
+    table = engine_table({name.replace("vc", "v"): columns[name] for name in columns}, engine, {})
+    ours = convert(table.load(table.names), DOCUMENTED[engine], BODY)
+    expected = {name: right(1000, 0.0)[name].to_numpy() for name in POSE}
+    cosine = numpy.sum([ours[name] * expected[name] for name in POSE[:4]], axis=0)
+    assert abs(cosine) == pytest.approx(numpy.ones(200), abs=1e-12)
+    for name in POSE[4:]:
+        assert ours[name] == pytest.approx(expected[name], rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("engine", "changed", "message"),
+    [
+        ("havok", {}, "--from: got 'havok', expected one of: mujoco, drake"),
+        ("mujoco:peg", {}, "--from: got 'mujoco:peg'"),
+        ("mujoco", {"qvel": None}, "no qvel among the columns t, qpos; expected an array of 6"),
+        ("mujoco", {"t": None}, "no array t or time among the columns qpos, qvel"),
+        ("mujoco", {"qpos": numpy.zeros((200, 6))}, r"qpos: got shape \(200, 6\)"),
+    ],
+)
+def test_what_cannot_be_read(engine: str, changed: dict[str, Any], message: str) -> None:
+    arrays = {name: x for name, x in (state("mujoco") | changed).items() if x is not None}
+    refuses(message, arrays, engine=engine)
+
+
+@pytest.mark.usefixtures("no_cause")
+@pytest.mark.parametrize(("length", "failing"), [(0.0, "quaternion_norm"), (numpy.inf, "finite")])
+def test_a_row_that_blew_up_is_left_to_the_checks(length: float, failing: str) -> None:
+    arrays = state("mujoco")
+    arrays["qpos"][9, 3:] = length
+    found = check(arrays, "reference", engine="mujoco")
+    assert failing in {each.name for each in found.failures}
+    assert found["finite"].holds == (failing != "finite")

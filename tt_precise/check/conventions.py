@@ -3,29 +3,42 @@
 A ``Convention`` has one choice for each property in which simulators differ: units, the vertical
 and the handedness of the world, the symmetry axis of the body, order and direction of the
 quaternion, frame of the angular velocity, point and frame of the velocity, point of the position.
+``ENGINES`` has those of physics engines; a new engine is one entry.
 
-``candidates`` narrows the choices down in three stages, each by a law that holds for every contact
-force: the attitude follows the free motion from row to row, Jellett's integral is constant, and
-the contact point stays on the table. The checks decide on the candidates.
+``candidates`` narrows the choices down by laws that hold for every contact force: the attitude
+follows the free motion from row to row, Jellett's integral is constant, and the contact point stays
+on the table. The checks decide on the candidates.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy
 
-from tt_precise.check.columns import OMEGA, POSITION, QUATERNION, VELOCITY, Columns, stacked, unit
+from tt_precise.check.columns import (
+    AXIS,
+    MOMENTUM,
+    OMEGA,
+    POSITION,
+    QUATERNION,
+    VELOCITY,
+    Columns,
+    listed,
+    stacked,
+    unit,
+)
 from tt_precise.check.rows import Rows
-from tt_precise.mechanics.newton import contact_arm
+from tt_precise.check.sources import Source, open_table
+from tt_precise.mechanics.newton import contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import axis_of, cross, dot, multiplied, rotate
-from tt_precise.runtime.values import Arithmetic, Array, require_name
+from tt_precise.mechanics.vectors import axis_of, cross, dot, multiplied, rotate, spin
+from tt_precise.runtime.values import Arithmetic, Array, InputError, require_name
 from tt_precise.scene.scene import InitialState
 
 FRAME_RATES = (24, 30, 50, 60, 90, 100, 120, 144, 240, 500, 1000)
@@ -38,14 +51,14 @@ ANGLE = {
     "rad": 1.0, "degrees": math.pi / 180, "revolutions": 2 * math.pi,
     "revolutions per minute": math.pi / 30,
 }  # fmt: skip
-MOMENTUM = {"g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
+UNIT_OF_L = {"kg m^2/s": 1.0, "g mm^2/s": 1e-9, "kg mm^2/s": 1e-6, "g cm^2/s": 1e-7}
 HALF = math.sqrt(0.5)
 # Quaternions that rotate the upward direction to z, and z to the symmetry axis of the body.
 UP = {
     "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, HALF, 0.0, 0.0), "x": (0.5, -0.5, -0.5, -0.5),
     "-z": (0.0, 1.0, 0.0, 0.0),
 }  # fmt: skip
-AXIS = {
+TO_AXIS = {
     "z": (1.0, 0.0, 0.0, 0.0), "y": (HALF, -HALF, 0.0, 0.0), "x": (HALF, 0.0, HALF, 0.0),
     "-z": (0.0, 1.0, 0.0, 0.0), "-y": (HALF, HALF, 0.0, 0.0), "-x": (HALF, 0.0, -HALF, 0.0),
 }  # fmt: skip
@@ -56,24 +69,13 @@ WORLDS = {
 AXES = ("z", "y", "x")
 MIRROR = numpy.array([[1.0], [-1.0], [1.0]])  # reflects polar vectors in y; axial ones by -MIRROR
 
-LOOKED_AT, INTERVALS = 250, 24  # rows of the search, and intervals of the first stage
-# The free motion, which neglects the torque of the weight, misses the attitude by a part of the
-# turning that is small for a fast top; another convention misses by a part of 1.
-ROUGH, PART = 0.02, 0.25
-# Misfits of Jellett's integral and of the contact point that any convention may have. Beyond them
-# the least one of all conventions is a measure of an engine's own errors.
-SMALL, FACTOR = 1e-4, 10.0
-CHOICES: Mapping[str, Sequence[Any]] = {
-    "length": (*LENGTH,), "point": ("cm", "centre", "contact"), "place": ("cm", "centre"),
-    "up": (*UP,), "axis": AXES, "order": ("scalar first", "scalar last"),
-    **dict.fromkeys(("inverse", "in_body", "opposite", "velocity_in_body"), (False, True)),
-}  # fmt: skip
-MOST_PARTIAL, MOST_TRIED = 32, 24  # candidates of the first stage, and of the last one
-
 
 @dataclass(frozen=True)
 class Convention:
-    """One choice for each property; by default those of this package."""
+    """One choice for each property; by default those of this package.
+
+    The last five belong to vectors and Euler angles.
+    """
 
     time: str = "s"
     length: str = "m"
@@ -88,6 +90,11 @@ class Convention:
     point: str = "cm"
     velocity_in_body: bool = False
     place: str = "cm"
+    momentum: str = "kg m^2/s"
+    degrees: bool = False
+    of_cm: bool = False
+    inertial: bool = False
+    of_psi: bool = False
 
     def in_world(self, world: str, axis: str) -> Convention:
         """Return the convention in a named world, with a symmetry axis of the body.
@@ -105,17 +112,17 @@ class Convention:
         differ = sum(getattr(self, each.name) != each.default for each in fields(self))
         return differ - (self.hand == "left" and self.up == "y") + self.opposite
 
-    def words(self) -> str:
-        """Describe the differences from ours, with the options that read the file."""
-        parts = [time_in_words(self.time)] * (self.time != "s")
-        if (self.up, self.hand) != ("z", "right"):
-            left = "left-handed, " * (self.hand == "left")
-            names = [name for name, world in WORLDS.items() if world == (self.up, self.hand)]
-            option = "".join(f": add --world {name}" for name in names)
-            parts.append(f"the world is {left}{self.up} up{option}")
-        if self.axis != "z":
-            option = f": add --axis {self.axis}" * (self.axis in AXES)
-            parts.append(f"the body's symmetry axis is {self.axis}{option}")
+    def words(self, options: bool = True) -> str:
+        """Describe the differences from ours, with the options that read a file of a rigid body."""
+        worlds = {world: f": add --world {name}" for name, world in WORLDS.items()}
+        world, left = (self.up, self.hand), self.hand == "left"
+        remedy = worlds.get(world, "") if options else ", or the top spins the other way" * left
+        axis = f"{self.axis}: add --axis {self.axis}" if self.axis in AXES else self.axis
+        counts = self.time.startswith("rows")
+        parts = [f"{'t counts' if counts else 'the time is in'} {self.time}"] * (self.time != "s")
+        if world != WORLDS["z-up"]:
+            parts.append(f"the world is {'left-handed, ' * left}{self.up} up{remedy}")
+        parts += [f"the body's symmetry axis is {axis}"] * (self.axis != "z")
         for name, text in WORDS.items():
             value = getattr(self, name)
             if value != getattr(OURS, name):
@@ -133,6 +140,11 @@ WORDS = {
     "point": "the velocity is that of {}",
     "velocity_in_body": "the velocity is in the body frame",
     "place": "the position is that of {}",
+    "momentum": "the angular momentum is in {}",
+    "degrees": "the angles are in degrees",
+    "of_cm": "the velocity is that of the centre of mass",
+    "inertial": "nu_x, nu_y are inertial components: rotate them by -phi",
+    "of_psi": "omega_3 holds psi_dot: omega_3 = psi_dot + phi_dot cos theta",
 }
 NAMES = {
     "centre": "the sphere's centre", "contact": "the contact point",
@@ -141,15 +153,10 @@ NAMES = {
 OURS = Convention()
 
 
-def time_in_words(unit: str) -> str:
-    """Return words for the unit of the times."""
-    return f"t counts {unit}" if unit.startswith("rows") else f"the time is in {unit}"
-
-
 @numpy.errstate(all="ignore")  # rows that blew up are left to the checks
 def convert(columns: Columns, convention: Convention, body: Parameters) -> dict[str, Array]:
     """Convert rigid-body columns from ``convention`` to ours; quaternions keep their length."""
-    up, axis, length = UP[convention.up], AXIS[convention.axis], LENGTH[convention.length]
+    up, axis, length = UP[convention.up], TO_AXIS[convention.axis], LENGTH[convention.length]
     q = stacked(columns, QUATERNION)
     q = q if convention.order == "scalar first" else numpy.roll(q, 1, axis=0)
     q = q * numpy.array([[1.0], [-1.0], [-1.0], [-1.0]]) if convention.inverse else q
@@ -181,121 +188,134 @@ def _rotated(q: Any, vector: Array) -> Array:
     return numpy.array(rotate(tuple(q), tuple(vector)))
 
 
+def _convert_vectors(columns: Columns, convention: Convention, body: Parameters) -> Columns:
+    """Convert vectors; the horizontal velocity is that of the contact point, or ``of_cm``."""
+    mirror = MIRROR if convention.hand == "left" else 1.0
+    k, L = (_rotated(UP[convention.up], stacked(columns, names)) for names in (AXIS, MOMENTUM))
+    k = k * mirror * (-1.0 if convention.axis == "-z" else 1.0)
+    L = L * mirror * UNIT_OF_L[convention.momentum] * (-1.0 if convention.hand == "left" else 1.0)
+    v = LENGTH[convention.length] * stacked(columns, ("vx", "vy", "vy")) * mirror
+    if convention.of_cm:
+        omega = inverse_inertia(body, tuple(k), tuple(L))
+        v = v + numpy.array(cross(omega, contact_arm(body, tuple(k))))
+    ours = dict(zip((*AXIS, *MOMENTUM, "vx", "vy"), (*k, *L, *v[:2]), strict=True))
+    return {"t": TIME[convention.time] * columns["t"]} | {n: ours[n] for n in ours if n in columns}
+
+
+def _convert_euler(columns: Columns, convention: Convention, body: Parameters) -> Columns:
+    """Convert Euler angles; in a mirror phi, psi, the spin and nu_y have the other sign."""
+    sign = -1.0 if convention.hand == "left" else 1.0
+    rate, length = ANGLE[convention.angle], LENGTH[convention.length]
+    angle = ANGLE["degrees"] if convention.degrees else 1.0
+    factors = {
+        "t": TIME[convention.time], "theta": angle, "phi": sign * angle, "psi": sign * angle,
+        "theta_dot": rate, "phi_dot": sign * rate, "omega_3": sign * rate, "psi_dot": sign * rate,
+        "nu_x": length, "nu_y": sign * length,
+    }  # fmt: skip
+    ours = {name: factor * columns[name] for name, factor in factors.items() if name in columns}
+    if convention.inertial:
+        x, y, cosine, sine = (
+            ours["nu_x"],
+            ours["nu_y"],
+            numpy.cos(ours["phi"]),
+            numpy.sin(ours["phi"]),
+        )
+        ours |= {"nu_x": cosine * x + sine * y, "nu_y": cosine * y - sine * x}
+    if convention.of_psi:
+        ours["omega_3"] = spin(ours["omega_3"], ours["phi_dot"], numpy.cos(ours["theta"]))
+    return ours
+
+
 # ---- the search --------------------------------------------------------------------------------
 
+Candidates: TypeAlias = Iterator[tuple[str, Callable[[Rows], Rows]]]
+LOOKED_AT, INTERVALS = 250, 24  # rows of the search, and intervals on which motions are compared
+# The free motion, which neglects the torque of the weight, misses a change of the axis by a part
+# that is small for a fast top; another convention misses by a part of 1.
+PART, ROUGH = 0.25, 0.02
+# Misfits of Jellett's integral and of the contact point that any convention may have. Beyond them
+# the least one of all conventions is a measure of an engine's own errors.
+SMALL, FACTOR = 1e-4, 10.0
+MOST_PARTIAL, MOST_TRIED = 32, 24  # conventions behind each law, and candidates
 
-class Candidate(NamedTuple):
-    """A convention in words, and the rows as they would be without it."""
 
-    text: str
-    change: Callable[[Rows], Rows]
+def candidates(rows: Rows) -> Candidates:
+    """Yield the conventions of which no law excludes a property, in words, and their conversion.
 
-
-def candidates(rows: Rows) -> Iterator[Candidate]:
-    """Yield the conventions that the three stages do not exclude, the fewest changes first."""
-    few = rows.part(slice(0, LOOKED_AT))
+    Those with the fewest changes come first.
+    """
+    few, conventions = rows.part(slice(0, LOOKED_AT)), [OURS]
     if len(few.t) < 3:
         return
-    with numpy.errstate(all="ignore"):
-        if rows.assumed.columns.name != "rigid body":
-            yield from _of_columns(few)
-            return
-        conventions = _by_contact(few, _by_jellett(few, _by_attitude(few)))
-    for convention in conventions:
-        yield Candidate(convention.words(), partial(_in_ours, convention=convention))
+    own = {"t", *rows.assumed.columns.names, *rows.assumed.columns.height} & {*rows.columns}
+    for needed, choices, misfit, small in LAWS:
+        if {*needed.split()} <= own:
+            values = itertools.product(*(_choices(few, *each) for each in choices.items()))
+            changes = [dict(zip(choices, each, strict=True)) for each in values]
+            conventions = [replace(each, **change) for each in conventions for change in changes]
+            with numpy.errstate(all="ignore"):
+                misfits = numpy.array([misfit(_in_ours(few, each)) for each in conventions])
+            least = misfits.min(initial=PART, where=~numpy.isnan(misfits))
+            most = min(max(FACTOR * least, small), PART)
+            best = numpy.argsort(misfits, kind="stable")[:MOST_PARTIAL]
+            conventions = [conventions[i] for i in best if misfits[i] <= most]
+    conventions.sort(key=lambda each: each.changes)
+    for convention in conventions[:MOST_TRIED]:
+        # a velocity of the centre of mass that is almost 0 fits too much
+        if convention != OURS and not (convention.of_cm and convention.length != "m"):
+            yield convention.words("qw" in own), partial(_in_ours, convention=convention)
+
+
+def _choices(rows: Rows, name: str, choices: Iterable[Any]) -> Iterable[Any]:
+    """Return the choices of a property; only whole numbers count rows, only a start tells hands."""
+    if name == "hand" and rows.assumed.start == "other":
+        return ["right"]
+    steps = numpy.diff(rows.columns["t"])
+    whole = (abs(steps - numpy.rint(steps)) < 1e-9 * steps).all() and steps.min() >= 1
+    return [each for each in choices if name != "time" or whole or not each.startswith("rows")]
 
 
 def _in_ours(rows: Rows, convention: Convention) -> Rows:
-    return rows.changed(convert(rows.columns, convention, rows.body))
+    own = rows.assumed.columns.required
+    conversion = convert if "qw" in own else _convert_vectors if "kx" in own else _convert_euler
+    return rows.changed(conversion(rows.columns, convention, rows.body))
 
 
-def _ends(t: Array) -> tuple[Array, Array]:
-    """Return the first and the last rows of the intervals of the first stage."""
-    first = numpy.unique(numpy.linspace(0, len(t) - 2, INTERVALS).astype(int))
-    return first, first + 1
+def _pace(rows: Rows) -> float:
+    """Return by how much |omega| misses the turning from row to row, as a part of it."""
+    q, w = unit(stacked(rows.columns, QUATERNION)), stacked(rows.columns, OMEGA)
+    turned = 2 * numpy.arccos(numpy.minimum(abs((q[:, 1:] * q[:, :-1]).sum(axis=0)), 1.0))
+    angle = numpy.sqrt((w[:, 1:] ** 2).sum(axis=0)) * numpy.diff(rows.t)
+    short = abs((angle + math.pi) % (2 * math.pi) - math.pi)
+    return float(numpy.median(abs(turned - short) / angle)) if angle.max() < 6.28 else math.inf
 
 
-def _variants(base: Iterable[Convention], *names: str) -> list[Convention]:
-    """Return conventions with every combination of choices of the properties ``names``."""
-    values = list(itertools.product(*(CHOICES[name] for name in names)))
-    return [replace(each, **dict(zip(names, v, strict=True))) for each in base for v in values]
+def _attitude(rows: Rows) -> float:
+    """Return by how much free motions from both ends of an interval miss each other half way.
 
-
-def _by_attitude(rows: Rows) -> list[Convention]:
-    """Return conventions in which the free motions from both ends of an interval meet half way."""
-    first, last = _ends(rows.t)
-    units = [(time, angle) for time in _units_of_time(rows) for angle in ANGLE]
-    scale = numpy.array([TIME[time] * ANGLE[angle] for time, angle in units])[:, None]
-    half = scale * numpy.diff(rows.columns["t"])[first] / 2
-    speed = numpy.sqrt((stacked(rows.columns, OMEGA)[:, first] ** 2).sum(axis=0))
-    turned = (2 * half * speed).max(axis=1)
-    conventions, misfits = [], []
-    for convention in _variants([OURS], "axis", "order", "inverse", "in_body", "opposite"):
-        columns = convert(rows.columns, convention, rows.body)
-        q, w = unit(stacked(columns, QUATERNION)), stacked(columns, OMEGA)
-        moved = _rms(_angle(q[:, last], q[:, first]))
-        there = _free(rows.body, q[:, first], w[:, first], half)
-        back = _free(rows.body, q[:, last], w[:, last], -half)
-        misses = _rms(_angle(there, back)) / moved
-        conventions += [replace(convention, time=time, angle=angle) for time, angle in units]
-        misfits += numpy.where((misses < PART) & (turned < 2 * math.pi), misses, math.inf).tolist()
-    return _least(conventions, misfits, ROUGH)[:MOST_PARTIAL]
-
-
-def _free(body: Parameters, q: Array, w: Array, t: Array) -> Array:
-    """Return the orientations after each of the times (units, n) of free motion.
-
-    A symmetric body rotates about L at |L|/I1, and about its axis at omega_3 (1 - I3/I1).
+    It is a part of the change of the axis, which rotates about L at |L|/I1.
     """
-    k = axis_of(*q)
-    spin = (w * numpy.array(k)).sum(axis=0)
-    about_L = _rotation(w + (body.I3 / body.I1 - 1) * spin * numpy.array(k), t)
-    about_axis = _rotation((1 - body.I3 / body.I1) * spin * numpy.array([[0.0], [0.0], [1.0]]), t)
-    after = multiplied(multiplied(tuple(about_L), tuple(q)), tuple(about_axis))
-    return numpy.array(numpy.broadcast_arrays(*after))
+    first = numpy.unique(numpy.linspace(0, len(rows.t) - 2, INTERVALS).astype(int))
+    last, half = first + 1, numpy.diff(rows.t)[first] / 2
+    k, rate = rows.motion.k, rows.motion.L / rows.body.I1
+    there = _rotated(_rotation(rate[:, first], half), k[:, first])
+    back = _rotated(_rotation(rate[:, last], -half), k[:, last])
+    known = slice(0 if rows.assumed.columns.azimuth else 2, 3)
+    missed, moved = (there - back)[known].ravel(), (k[:, last] - k[:, first])[known].ravel()
+    return _rms(missed) / _rms(moved)
 
 
 def _rotation(rate: Array, t: Array) -> Array:
-    """Return the quaternions of rotations at angular velocities (3, n) for times (..., n)."""
+    """Return the quaternions of rotations at angular velocities (3, n) for times (n,)."""
     size = numpy.sqrt((rate**2).sum(axis=0))
     sine = numpy.sin(size * t / 2) / numpy.where(size == 0, 1.0, size)
-    return numpy.array([numpy.cos(size * t / 2), *(sine * x for x in rate)])
+    return numpy.array([numpy.cos(size * t / 2), *(sine * rate)])
 
 
-def _by_jellett(rows: Rows, conventions: Sequence[Convention]) -> list[Convention]:
-    """Return verticals and ends of the axis for which Jellett's integral is constant."""
-    ends = [replace(each, axis=end + each.axis) for each in conventions for end in ("", "-")]
-    worlds = _variants(ends, "up")
-    return _least(worlds, [_jellett_drift(_in_ours(rows, each)) for each in worlds])
-
-
-def _by_contact(rows: Rows, conventions: Sequence[Convention]) -> list[Convention]:
-    """Return points and units for which the contact point stays on the table, in one hand."""
-    groups: list[tuple[str, ...]] = []
-    if VELOCITY[0] in rows.columns:
-        groups.append(("length", "point", "velocity_in_body"))
-    if POSITION[2] in rows.columns:
-        groups.append(("place",) if groups else ("length", "place"))
-    for names in groups:
-        every = _variants(conventions, *names)
-        misfits = [_off_table(_in_ours(rows, each), "place" in names) for each in every]
-        conventions = _least(every, misfits)
-    sign = _sign_of_jellett(rows)
-    mirrored = [each for each in conventions if sign * _jellett(_in_ours(rows, each))[0] < 0]
-    conventions = [replace(each, hand="left") if each in mirrored else each for each in conventions]
-    ordered = sorted((each for each in conventions if each != OURS), key=lambda each: each.changes)
-    return ordered[:MOST_TRIED]
-
-
-def _sign_of_jellett(rows: Rows) -> float:
-    """Return the sign of Jellett's integral at the scene's own start, 0 for another start.
-
-    A mirrored motion obeys the same laws, and only the start tells the hand of the world.
-    """
-    if rows.assumed.start == "other":
-        return 0.0
-    start = InitialState.in_si(rows.assumed.scene, Arithmetic(numpy, float)).vectors
-    return float(numpy.sign(-dot(start.L, contact_arm(rows.body, start.k))))
+def _drift(rows: Rows) -> float:
+    """Return the largest change of Jellett's integral over its size."""
+    jellett = _jellett(rows)
+    return float(numpy.ptp(jellett) / abs(jellett[0]))
 
 
 def _jellett(rows: Rows) -> Array:
@@ -303,151 +323,115 @@ def _jellett(rows: Rows) -> Array:
     return -(rows.motion.L * numpy.array(contact_arm(rows.body, tuple(rows.motion.k)))).sum(axis=0)
 
 
-def _jellett_drift(rows: Rows) -> float:
-    """Return the largest change of Jellett's integral over its size."""
-    jellett = _jellett(rows)
-    return float(numpy.ptp(jellett) / abs(jellett[0]))
+def _hand(rows: Rows) -> float:
+    """Return 1 if Jellett's integral has another sign than at the scene's own start, else 0.
+
+    A mirrored motion obeys the same laws, and only the start tells the hand of the world.
+    """
+    start = InitialState.in_si(rows.assumed.scene, Arithmetic(numpy, float)).vectors
+    jellett = -dot(start.L, contact_arm(rows.body, start.k))
+    return float(jellett * _jellett(rows)[0] < 0)
 
 
-def _off_table(rows: Rows, height: bool) -> float:
-    """Return the height of the lowest point over R, or its vertical velocity over R omega."""
-    off = rows.height / rows.body.R if height else rows.contact_velocity[2] / rows.units["v"]
-    return float(_rms(off))
+def _rms(values: Array) -> float:
+    return float(numpy.sqrt((values**2).mean()))
 
 
-def _least(
-    conventions: Sequence[Convention], misfits: Sequence[float], small: float = SMALL
-) -> list[Convention]:
-    """Return the conventions whose misfit is small, or near the least one, the best first."""
-    pairs = [pair for pair in zip(misfits, conventions, strict=True) if pair[0] < math.inf]
-    pairs.sort(key=lambda pair: pair[0])
-    return [each for misfit, each in pairs if misfit <= max(FACTOR * pairs[0][0], small)]
+BOTH = (False, True)
+Law: TypeAlias = tuple[str, Mapping[str, Iterable[Any]], Callable[[Rows], float], float]
+# The columns that a law needs, the choices that it restricts, its misfit, and a small misfit. The
+# lowest point has no vertical velocity, relative to R omega, and no height, relative to R. A
+# horizontal velocity is restricted by no law.
+LAWS: tuple[Law, ...] = (
+    ("qw", {"time": TIME, "angle": ANGLE}, _pace, PART),
+    ("qw", {"axis": TO_AXIS, "order": ("scalar first", "scalar last"),
+            **dict.fromkeys(("inverse", "in_body", "opposite"), BOTH)}, _attitude, ROUGH),
+    ("qw", {"up": UP}, _drift, SMALL),
+    ("qw vcz", {"length": LENGTH, "point": ("cm", "centre", "contact"), "velocity_in_body": BOTH},
+     lambda rows: _rms(rows.contact_velocity[2] / rows.units["v"]), SMALL),
+    ("qw z", {"length": LENGTH, "place": ("cm", "centre")},
+     lambda rows: _rms(rows.height / rows.body.R), SMALL),
+    ("kx", {"time": TIME, "momentum": UNIT_OF_L}, _attitude, ROUGH),
+    ("kx", {"up": ("z", "y", "x"), "axis": ("z", "-z")}, _drift, SMALL),
+    ("theta", {"time": TIME, "angle": ANGLE, "degrees": BOTH}, _attitude, ROUGH),
+    ("omega_3", {"of_psi": BOTH}, _attitude, ROUGH),
+    ("t", {"hand": ("right", "left")}, _hand, SMALL),
+    ("kx vx", {"length": LENGTH, "of_cm": BOTH}, lambda rows: 0.0, SMALL),
+    ("nu_x", {"length": LENGTH}, lambda rows: 0.0, SMALL),
+    ("nu_x phi", {"inertial": BOTH}, lambda rows: 0.0, SMALL),
+)  # fmt: skip
 
 
-def _units_of_time(rows: Rows) -> list[str]:
-    """Return the units in which times may be: only whole numbers count rows."""
-    steps = numpy.diff(rows.columns["t"])
-    whole = bool((abs(steps - numpy.rint(steps)) < 1e-9 * steps).all() and steps.min() >= 1)
-    return [unit for unit in TIME if whole or not unit.startswith("rows")]
+# ---- engines -----------------------------------------------------------------------------------
 
-
-def _angle(q: Array, other: Array) -> Array:
-    """Return the angles (rad) between unit quaternions."""
-    cosine = abs((q * other).sum(axis=0))
-    return 2 * numpy.arccos(numpy.minimum(cosine, 1.0))
-
-
-def _rms(values: Array) -> Any:
-    return numpy.sqrt((values**2).mean(axis=-1))
-
-
-# ---- vectors and Euler angles ------------------------------------------------------------------
-
-RATES = "theta_dot phi_dot omega_3 psi_dot"
-UNITS: tuple[tuple[str, str, Mapping[str, float]], ...] = (
-    ("the angular momentum is in {}", "Lx Ly Lz", MOMENTUM),
-    ("the velocities are in {}/s", "vx vy nu_x nu_y", LENGTH),
-    ("the angular velocities are in {}", RATES, ANGLE),
-    ("the angles are in {}", "theta phi psi", {"degrees": ANGLE["degrees"]}),
-)
-# What some columns hold instead of ours.
-HELD = {
-    "the world is y up": "ky=-kz kz=ky Ly=-Lz Lz=Ly",
-    "the world is x up": "kx=ky ky=kz kz=kx Lx=Ly Ly=Lz Lz=Lx",
-    "the axis points to the other end of the body": "kx=-kx ky=-ky kz=-kz",
-    "Lx, Ly, Lz have the other sign": "Lx=-Lx Ly=-Ly Lz=-Lz",
-    "vx, vy have the other sign": "vx=-vx vy=-vy",
-    **{f"{v}x, {v}y hold {v}y, {v}x": f"{v}x={v}y {v}y={v}x" for v in "kLv"},
-    **{f"{n} has the other sign": f"{n}=-{n}"
-       for n in f"kx ky kz Lx Ly Lz vx vy {RATES} nu_x nu_y".split()},
-}  # fmt: skip
-MIRRORED = {
-    "the world is left-handed, or the top spins the other way": "ky=-ky vy=-vy Lx=-Lx Lz=-Lz",
-    "the top spins the other way, or the world is left-handed": (
-        "phi_dot=-phi_dot phi=-phi omega_3=-omega_3 psi_dot=-psi_dot nu_y=-nu_y"
+OF_CENTRE = Convention(point="centre", place="centre")
+ENGINES = {
+    "mujoco": replace(OF_CENTRE, in_body=True),
+    "drake": OF_CENTRE,
+    **dict.fromkeys(("dart", "exudyn", "ode"), OURS),
+    **dict.fromkeys(
+        ("bullet", "cannon-es", "jolt", "newton", "rapier"), Convention(order="scalar last")
     ),
 }
-ColumnChange = tuple[str, Callable[[Rows], Mapping[str, Array]]]
+# Each array by its name: our names of its components, and the columns that hold them elsewhere.
+ARRAYS = {
+    "quaternion": (QUATERNION, QUATERNION),
+    "velocity": (VELOCITY, ("vx", "vy", "vz")),
+    "angular_velocity": (OMEGA, OMEGA),
+    "position": (POSITION, POSITION),
+}
+MUJOCO = {"qpos": ((*POSITION, *QUATERNION), ()), "qvel": ((*VELOCITY, *OMEGA), ())}
 
 
-def _of_columns(few: Rows) -> Iterator[Candidate]:
-    """Yield the changes of columns, one or two at once, that a few rows do not exclude."""
-    groups = [group for group in _groups(few) if group]
-    chosen = [(change,) for group in groups for change in group]
-    for pair in itertools.combinations(groups, 2):
-        chosen += itertools.product(*pair)  # type: ignore[arg-type]
-    tried, sign = 0, _sign_of_jellett(few)
-    for changes in chosen:
+def convention_of(engine: str) -> Convention:
+    """Return the convention of an engine's arrays.
 
-        def change(rows: Rows, changes: Sequence[ColumnChange] = changes) -> Rows:
-            for _, columns in changes:
-                rows = rows.changed(columns(rows))
-            return rows
+    ``engine`` is a name of ``ENGINES``; ":cm" or ":centre" behind it says that the origin of the
+    body is the centre of mass, or the centre of the sphere.
 
-        if tried < MOST_TRIED and _plausible(change(few), sign):
-            tried += 1
-            yield Candidate("; ".join(text for text, _ in changes), change)
+    Raises ``InputError``: there is no such engine.
+    """
+    name, _, origin = engine.partition(":")
+    origins = [f"{each}:{point}" for each in ENGINES for point in ("centre", "cm")]
+    require_name("--from", engine, [*ENGINES, *origins])
+    return replace(ENGINES[name], point=origin, place=origin) if origin else ENGINES[name]
 
 
-def _groups(few: Rows) -> Iterator[list[ColumnChange]]:
-    """Yield the changes of the columns of a file, by groups of which at most one holds."""
-    present = {*few.columns}
-    yield [(time_in_words(unit), _scaled("t", TIME[unit])) for unit in _units_of_time(few)[1:]]
-    for text, names, units in UNITS:
-        if present & {*names.split()}:
-            yield [(text.format(n), _scaled(names, u)) for n, u in units.items() if u != 1]
-    swaps = HELD | (MIRRORED if few.assumed.start == "scene" else {})
-    yield [(text, _exchanged(by)) for text, by in swaps.items() if by.partition("=")[0] in present]
-    for text, needed, change in DERIVED:
-        if {*needed.split()} <= present:
-            yield [(text, change)]
+def engine_table(source: object, engine: str, rename: Mapping[str, str]) -> Source:
+    """Return an engine's arrays as rigid-body columns, still in the engine's convention.
+
+    Raises ``InputError``: there is no such engine, or an array is absent or has another shape.
+    """
+    convention, table = convention_of(engine), open_table(source, rename)
+    if "t" not in table.names:
+        raise InputError(f"{table.where}: no array t or time among {listed(table.names)}")
+    columns = table.load(["t"])
+    for name, (ours, theirs) in (MUJOCO if engine.startswith("mujoco") else ARRAYS).items():
+        array = _array(table, name, theirs, len(ours))
+        if array is not None:
+            # letters say the order of a quaternion, whatever the engine's
+            if theirs == QUATERNION and {*theirs} <= {*table.names}:
+                array = numpy.roll(array, -1 if convention.order == "scalar last" else 0, axis=0)
+            columns |= dict(zip(ours, array, strict=True))
+        elif name != "position":
+            raise InputError(
+                f"{table.where}: no {name} among {listed(table.names)}; expected an array of "
+                f"{len(ours)} columns, or columns {' '.join(theirs) or f'{name}0 ...'}"
+            )
+    return Source(table.where, columns, {}, columns.__getitem__)
 
 
-def _scaled(names: str, factor: float) -> Callable[[Rows], Mapping[str, Array]]:
-    return lambda rows: {n: factor * rows.columns[n] for n in names.split() if n in rows.columns}
-
-
-def _exchanged(words: str) -> Callable[[Rows], Mapping[str, Array]]:
-    pairs = [word.split("=") for word in words.split()]
-    terms = [(ours, theirs.lstrip("-"), -1.0 if "-" in theirs else 1.0) for ours, theirs in pairs]
-    return lambda rows: {
-        ours: sign * rows.columns[theirs] for ours, theirs, sign in terms if ours in rows.columns
-    }
-
-
-def _of_centre_of_mass(rows: Rows) -> Mapping[str, Array]:
-    x, y, _ = cross(tuple(rows.omega), contact_arm(rows.body, tuple(rows.motion.k)))
-    return {"vx": rows.columns["vx"] + x, "vy": rows.columns["vy"] + y}
-
-
-def _inertial(rows: Rows) -> Mapping[str, Array]:
-    phi, x, y = (rows.columns[name] for name in ("phi", "nu_x", "nu_y"))
-    cosine, sine = numpy.cos(phi), numpy.sin(phi)
-    return {"nu_x": cosine * x + sine * y, "nu_y": cosine * y - sine * x}
-
-
-def _spin(rows: Rows) -> Mapping[str, Array]:
-    psi_dot, phi_dot, theta = (rows.columns[name] for name in ("omega_3", "phi_dot", "theta"))
-    return {"omega_3": psi_dot + phi_dot * numpy.cos(theta)}
-
-
-# What some columns hold that follows from the state: in words, the columns, and the change.
-DERIVED = (
-    ("the velocity is that of the centre of mass", "vx", _of_centre_of_mass),
-    ("nu_x, nu_y are inertial components: rotate them by -phi", "phi nu_x", _inertial),
-    ("omega_3 holds psi_dot: omega_3 = psi_dot + phi_dot cos theta", "omega_3", _spin),
-)
-
-
-def _plausible(rows: Rows, sign: float) -> bool:
-    """Test that the axis follows the free motion, and that Jellett's integral is constant."""
-    if not (_jellett_drift(rows) < PART and sign * _jellett(rows)[0] >= 0):
-        return False
-    first, last = _ends(rows.t)
-    half = numpy.diff(rows.t)[first] / 2
-    k, rate = rows.motion.k, rows.motion.L / rows.body.I1
-    there = _rotated(_rotation(rate[:, first], half), k[:, first])
-    back = _rotated(_rotation(rate[:, last], -half), k[:, last])
-    components = slice(0 if rows.assumed.columns.azimuth else 2, 3)
-    changes = (there - back)[components].ravel(), (k[:, last] - k[:, first])[components].ravel()
-    return bool(_rms(changes[0]) < PART * _rms(changes[1]))
+def _array(table: Source, name: str, theirs: tuple[str, ...], width: int) -> Array | None:
+    """Return an array, components first, from numbered or named columns or from a matrix."""
+    for names in (*([f"{name}{mark}{i}" for i in range(width)] for mark in ("", "_")), theirs):
+        if names and {*names} <= {*table.names}:
+            return numpy.array([*table.load(names).values()])
+    if name not in table.names:
+        return None
+    matrix = numpy.asarray(table.texts([name])[name])
+    if matrix.shape[1:] != (width,) or matrix.dtype.kind not in "fiu":
+        raise InputError(
+            f"{table.where}: {name}: got shape {matrix.shape} of {matrix.dtype}, expected numbers "
+            f"in {width} columns"
+        )
+    return matrix.T.astype(float)

@@ -18,8 +18,7 @@ from tt_precise.check.checks import (
     judge,
 )
 from tt_precise.check.columns import QUATERNION, TRACK, choose_set, require_whole
-from tt_precise.check.conventions import OURS, convert
-from tt_precise.check.engine_states import convention_of, engine_table
+from tt_precise.check.conventions import OURS, convention_of, convert, engine_table
 from tt_precise.check.result import Result
 from tt_precise.check.rows import Assumptions, Rows
 from tt_precise.check.solution import DECIDING, Texts, agreement, distance, find_start

@@ -28,9 +28,11 @@ from tt_precise.runtime.values import Array, Check, InputError
 
 MOST_PREAMBLE = 50  # lines among which the header is sought
 SEPARATORS = (",", ";", "\t", None)  # None stands for spaces
-NUMBER = re.compile(r"[-+.\deE]+|nan")
-# What text without a known column is, by its beginning.
-OTHER_TEXTS = {"version https://git-lfs": "a Git LFS pointer: git lfs pull", "<": "HTML or XML"}
+# What text without a header is, by its first line.
+OTHER_TEXTS = {
+    r"version https://git-lfs": "a Git LFS pointer: git lfs pull", "<": "HTML or XML",
+    r"[-+.\deE,;\s]+$|[\d.]+,": "a row of numbers",
+}  # fmt: skip
 RAGGED = re.compile(r"but (\d+) were found at row (\d+)")  # the message of numpy.loadtxt
 
 
@@ -43,10 +45,8 @@ def _readable(where: str) -> Iterator[None]:
         raise
     except Exception as error:  # each library has its own
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
-        suffix = Path(where).suffix
-        kind = suffix if suffix in READERS else "trajectory"
         line = reason.splitlines()[0][:120]
-        raise InputError(f"{where}: {line}; expected a {kind} file") from None
+        raise InputError(f"{where}: {line}; expected a trajectory file") from None
 
 
 class Source:
@@ -165,31 +165,24 @@ class TextSource(Source):
     def _find_header(self, recognised: set[str]) -> tuple[int, list[str], str | None]:
         """Return number, names and separator of the line with the most names that are recognised.
 
-        Raises ``InputError``: the text is empty, or no table.
+        Raises ``InputError``: there is no such line.
         """
-        header: tuple[int, list[str], str | None] = (0, [], None)
-        most = -1
-        for number, line in enumerate(itertools.islice(self._lines(), MOST_PREAMBLE), 1):
-            text = line.strip("# \n")
-            splits = [
-                ([cell.strip(' "') for cell in text.split(mark)], mark) for mark in SEPARATORS
-            ]
-            counts = [(len(recognised & {*names}), len(names) > 1) for names, _ in splits]
-            names, mark = splits[counts.index(max(counts))]
-            count = max(counts)[0]
-            if count > most and (count or (text and not line.startswith("#"))):
-                header, most = (number, names, mark), count
-        number, names, _ = header
-        if not number:
-            raise InputError(f"{self.where}: it is empty, expected a header and rows of numbers")
-        kinds = [kind for mark, kind in OTHER_TEXTS.items() if " ".join(names).startswith(mark)]
-        if len(names) > 1 and all(map(NUMBER.fullmatch, names)):
-            kinds = [f"{len(names)} numbers"]
-        if kinds and not most:
-            raise InputError(
-                f"{self.where}: no header: line {number} is {kinds[0]}, expected names of columns"
-            )
-        return header
+        lines = [line.strip("# \n") for line in itertools.islice(self._lines(), MOST_PREAMBLE)]
+        headers = [
+            (number, [cell.strip(' "') for cell in line.split(separator)], separator)
+            for number, line in enumerate(lines, 1)
+            for separator in SEPARATORS
+        ]
+        header = max(headers, key=lambda each: len(recognised & {*each[1]}), default=None)
+        if header and recognised & {*header[1]}:
+            return header
+        text = next(filter(None, lines), "")
+        kinds = [kind for begin, kind in OTHER_TEXTS.items() if re.match(begin, text)]
+        got = [*kinds, repr(text[:40])][0] if text else "an empty file"
+        raise InputError(
+            f"{self.where}: got {got}, expected a header such as t,kx,ky,kz,Lx,Ly,Lz,vx,vy; rename "
+            "yours with --columns theirs=ours"
+        )
 
 
 def open_table(source: object, rename: Mapping[str, str] | None = None) -> Source:
