@@ -27,13 +27,11 @@ AXIS, MOMENTUM = ("kx", "ky", "kz"), ("Lx", "Ly", "Lz")
 
 
 class RigidMotion(NamedTuple):
-    """The motion of a rigid body in n rows, in the inertial frame and SI.
+    """The motion of a rigid body in n rows, in the inertial frame and SI, components first.
 
-    Components come first: ``k`` (3, n) is the symmetry axis as given, ``L`` (3, n) the angular
-    momentum about the centre of mass. ``q`` (4, n) is the orientation, a unit quaternion with its
-    scalar first, None if the rotation about the axis is unknown. ``v`` (3, n) is the velocity of
-    the centre of mass, None if unknown. ``x`` (3, n) is the position of the centre of mass, None if
-    unknown; a component without a column is NaN.
+    ``k`` (3, n) is the symmetry axis as given, ``q`` (4, n) the orientation, a unit quaternion with
+    its scalar first, ``L`` (3, n) the angular momentum about the centre of mass, ``v`` and ``x``
+    (3, n) its velocity and position. None is unknown; a component of x without a column is NaN.
     """
 
     k: Array
@@ -51,9 +49,8 @@ class RigidMotion(NamedTuple):
 class ColumnSet(NamedTuple):
     """Columns that determine the state of a top.
 
-    ``motion(body, columns, rolling)`` returns the rigid motion. ``velocity`` and ``height`` are
-    optional columns. ``azimuth`` is false if the columns leave the horizontal direction of the axis
-    open.
+    ``velocity`` and ``height`` are optional columns. ``azimuth`` is false if the horizontal
+    direction of the axis is open.
     """
 
     name: str
@@ -100,14 +97,14 @@ def shortest_rotation(k: Array) -> Array:
 
 
 def _of_vectors(
-    body: Parameters, columns: Columns, k: Array, L: Array, v_A: Array | None, psi: Array | None
+    body: Parameters, columns: Columns, k: Array, L: Array, v_A: Array | None
 ) -> RigidMotion:
     """Return the motion of axis, angular momentum and horizontal contact velocity.
 
     v = v_A - omega x a; the lowest point moves vertically only where its height is given.
     """
     x = stacked(columns, POSITION) if {*POSITION} & {*columns} else None
-    v, q = None, None
+    v, q, psi = None, None, columns.get("psi")
     if v_A is not None:
         omega = inverse_inertia(body, tuple(k), tuple(L))
         rise = columns.get(LIFTED[1], 0 * k[2])
@@ -128,15 +125,14 @@ def _of_vectors(
 def _vectors(body: Parameters, columns: Columns, rolling: bool) -> RigidMotion:
     k, L = stacked(columns, AXIS), stacked(columns, MOMENTUM)
     v_A = stacked(columns, ("vx", "vy")) if "vx" in columns else None
-    return _of_vectors(body, columns, k, L, 0 * k[:2] if rolling else v_A, columns.get("psi"))
+    return _of_vectors(body, columns, k, L, 0 * k[:2] if rolling else v_A)
 
 
 def _rigid_body(body: Parameters, columns: Columns, rolling: bool) -> RigidMotion:
     q = unit(stacked(columns, QUATERNION))
     k = numpy.array(axis_of(*q))
     L = numpy.array(angular_momentum(body, tuple(k), tuple(stacked(columns, OMEGA))))
-    still = 0 * k[:2] if rolling else None
-    motion = _of_vectors(body, columns, k, L, still, None)
+    motion = _of_vectors(body, columns, k, L, 0 * k[:2] if rolling else None)
     v = stacked(columns, VELOCITY) if VELOCITY[0] in columns else motion.v
     return motion._replace(q=q, v=v)
 
@@ -154,9 +150,7 @@ def _euler(name: str, spin_column: str, azimuth: bool) -> ColumnSet:
         phi = columns["phi"] if azimuth else zero
         state = vectors_from_euler(body, EulerState(*euler), numpy, phi)
         v_A = numpy.array([state.vx, state.vy]) if rolling or "nu_x" in columns else None
-        psi = columns.get("psi") if azimuth else None
-        k, L = numpy.array(state.k), numpy.array(state.L)
-        motion = _of_vectors(body, columns, k, L, v_A, psi)
+        motion = _of_vectors(body, columns, numpy.array(state.k), numpy.array(state.L), v_A)
         return motion if azimuth else motion._replace(q=None)
 
     required = ("theta", "theta_dot", "phi_dot", spin_column, *(("phi",) if azimuth else ()))
@@ -177,14 +171,6 @@ TRACK = ("phi", "psi", "x", "y")  # the integrals of a state's rates, in a file 
 KNOWN = {"t", *TRACK, *(name for each in _ALL for name in (*each.names, *each.height))}
 
 
-# Remedies for columns that occur, by the first column that is absent.
-REMEDIES = {
-    "t": "rename yours with --columns theirs=t",
-    "vcx": "add --columns vx=vcx,vy=vcy,vz=vcz: the velocity of the centre of mass",
-    "omega_3": "or give psi_dot: omega_3 = psi_dot + phi_dot cos theta",
-}
-
-
 def choose_set(present: Sequence[str], where: str) -> ColumnSet:
     """Return the most informative complete set.
 
@@ -196,10 +182,14 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
         missing = missing or ["vcx", "vcy", "vcz"]
     if not missing:
         return nearest
-    remedy = "rename yours with --columns theirs=ours; --from ENGINE reads an engine's own state"
+    remedies = {
+        "vcx": "add --columns vx=vcx,vy=vcy,vz=vcz",
+        "omega_3": "or give psi_dot: omega_3 = psi_dot + phi_dot cos theta",
+    }
+    usual = "rename yours with --columns theirs=ours; --from ENGINE reads an engine's own state"
     raise InputError(
         f"{where}: missing {', '.join(missing)} of the {nearest.name} columns "
-        f"({' '.join(nearest.names)}) among {listed(present)}; {REMEDIES.get(missing[0], remedy)}"
+        f"({' '.join(nearest.names)}) among {listed(present)}; {remedies.get(missing[0], usual)}"
     )
 
 

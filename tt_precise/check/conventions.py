@@ -214,12 +214,8 @@ def _convert_euler(columns: Columns, convention: Convention, body: Parameters) -
     }  # fmt: skip
     ours = {name: factor * columns[name] for name, factor in factors.items() if name in columns}
     if convention.inertial:
-        x, y, cosine, sine = (
-            ours["nu_x"],
-            ours["nu_y"],
-            numpy.cos(ours["phi"]),
-            numpy.sin(ours["phi"]),
-        )
+        x, y, phi = ours["nu_x"], ours["nu_y"], ours["phi"]
+        cosine, sine = numpy.cos(phi), numpy.sin(phi)
         ours |= {"nu_x": cosine * x + sine * y, "nu_y": cosine * y - sine * x}
     if convention.of_psi:
         ours["omega_3"] = spin(ours["omega_3"], ours["phi_dot"], numpy.cos(ours["theta"]))

@@ -26,13 +26,9 @@ MOST_DIGITS = 10  # a number of more digits is as precise as a double here
 DISTINCT = 4  # numbers of so few digits; doubles have them by chance with a probability of 1e-23
 # The columns of each quantity whose error is relative to one size.
 COLUMNS_OF = {
-    "k": "kx ky kz qw qx qy qz theta phi psi",
-    "L": "Lx Ly Lz",
-    "v": "vx vy vcx vcy vcz nu_x nu_y",
-    "rate": "wx wy wz theta_dot phi_dot psi_dot omega_3",
-    "x": "x y z",
-    "t": "t",
-}
+    "k": "kx ky kz qw qx qy qz theta phi psi", "L": "Lx Ly Lz", "v": "vx vy vcx vcy vcz nu_x nu_y",
+    "rate": "wx wy wz theta_dot phi_dot psi_dot omega_3", "x": "x y z", "t": "t",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -88,10 +84,8 @@ class Rows:
     def of(cls, assumed: Assumptions, columns: Columns) -> Rows:
         """Return the rows of the columns of a file."""
         rows = cls(assumed, columns["t"] - columns["t"][:1], columns)
-        numbers = {name: rows._numbers(name) for name in COLUMNS_OF}
-        stride = max(1, len(rows.t) // SAMPLED)
-        precision = {name: half_unit(values[:, ::stride]) for name, values in numbers.items()}
-        return replace(rows, precision=precision)
+        few = rows.part(slice(None, None, max(1, len(rows.t) // SAMPLED)))
+        return replace(rows, precision={n: half_unit(few._numbers(n)) for n in COLUMNS_OF})
 
     def part(self, chosen: slice | Array) -> Rows:
         """Return some of the rows, by a slice or by indices."""
