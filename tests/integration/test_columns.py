@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tt_precise.integration import Trajectory, integrate
-from tt_precise.integration.columns import digits_of_time, digits_over_rows
 from tt_precise.mechanics.quantities import Pose
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene
@@ -56,18 +55,3 @@ def test_errors_of_a_pose_need_its_quadratures(half: Scene) -> None:
         integrate(half).frame("error:qw")
     recorded = integrate(half, record=("phi", "psi", "x", "y"))
     assert 0 < recorded.frame("error:qw")["error:qw"].max() < 1e-9
-
-
-def test_digits_are_those_of_the_worst_component_beside_the_size_of_its_vector(
-    double: Trajectory,
-) -> None:
-    frame, unit = double.frame(), float(double.start.units.time)
-    L = np.sqrt((frame[["Lx", "Ly", "Lz"]] ** 2).sum(axis=1)).to_numpy()
-    columns = {name: frame[name].to_numpy() for name in double.run.columns.names}
-    errors = {name: 0 * values for name, values in columns.items()}
-    for name, error, expected in (("kx", 1e-9 + 0 * L, 9), ("Lz", 1e-6 * L, 6)):
-        errors[name] = error
-        digits = digits_over_rows(columns, errors, double.start, 53)
-        assert digits == pytest.approx(expected, rel=1e-12)
-    times = digits_of_time(np.full(2, 1e-9), np.array([0.0, 8.0]), unit)
-    assert times == pytest.approx(-np.log10([1e-9 / unit, 1e-9 / 8]))

@@ -10,7 +10,7 @@ import pytest
 import tt_precise as tt
 from tests.integration.conftest import against, changed
 from tt_precise.integration import Trajectory, errors, integrate
-from tt_precise.integration.columns import digits_over_rows
+from tt_precise.integration.errors import digits_of_time, digits_over_rows
 from tt_precise.integration.precision import KINDS
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene, shipped
@@ -181,6 +181,21 @@ def test_every_event_of_several_pieces_has_its_error(name: str) -> None:
 # ---- digits -------------------------------------------------------------------------------------
 
 
+def test_digits_are_those_of_the_worst_component_beside_the_size_of_its_vector(
+    double: Trajectory,
+) -> None:
+    frame, unit = double.frame(), float(double.start.units.time)
+    L = numpy.sqrt((frame[["Lx", "Ly", "Lz"]] ** 2).sum(axis=1)).to_numpy()
+    columns = {name: frame[name].to_numpy() for name in double.run.columns.names}
+    errors = {name: 0 * values for name, values in columns.items()}
+    for name, error, expected in (("kx", 1e-9 + 0 * L, 9), ("Lz", 1e-6 * L, 6)):
+        errors[name] = error
+        digits = digits_over_rows(columns, errors, double.start, 53)
+        assert digits == pytest.approx(expected, rel=1e-12)
+    times = digits_of_time(numpy.full(2, 1e-9), numpy.array([0.0, 8.0]), unit)
+    assert times == pytest.approx(-numpy.log10([1e-9 / unit, 1e-9 / 8]))
+
+
 def levels(digits: int, lost: float = 1.0, most: float = 1e9) -> list[errors.Level]:
     """The levels that are tried, by runs that lose ``lost`` digits, and have ``most`` at most."""
     tried: list[errors.Level] = []
@@ -215,18 +230,16 @@ def test_levels_of_the_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
     assert hopeless.count("mp") == 1  # a second cannot help
 
 
-@pytest.mark.parametrize(
-    ("digits", "more", "message"),
-    [
-        *((digits, {}, "") for digits in (0, -3, 2.5, "12", True, float("nan"))),
-        (8, {"tolerance": 1e-3}, "a tolerance too"),
-        (8, {"precision": "quad"}, "a precision too"),
-        (8, {"bits": 200}, "a bits too"),
-    ],
-)
-def test_digits_that_are_refused(digits: Any, more: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=f"digits: got {message}"):
-        integrate("reference", digits=digits, **more)
+@pytest.mark.parametrize("digits", [0, -3, 2.5, "12", True, float("nan")])
+def test_other_numbers_of_digits_are_refused(digits: Any) -> None:
+    with pytest.raises(InputError, match="digits: got"):
+        integrate("reference", digits=digits)
+
+
+@pytest.mark.parametrize("more", [{"tolerance": 1e-3}, {"precision": "quad"}, {"bits": 200}])
+def test_digits_choose_the_arithmetic(more: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match="digits: got a precision, bits or a tolerance too"):
+        integrate("reference", digits=8, **more)
 
 
 @pytest.mark.parametrize(

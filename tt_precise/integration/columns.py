@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -13,7 +12,6 @@ import numpy
 from tt_precise.integration.equations import QUADRATURE_SCALE, QUADRATURES
 from tt_precise.integration.precision import DOUBLES, Precision, functions_of
 from tt_precise.integration.setup import Setup
-from tt_precise.mechanics.digits import sizes
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.parameters import RATE, SPEED, Dimension
 from tt_precise.mechanics.quantities import QUANTITIES, Motion, Pose, Quantity, described, pose
@@ -24,12 +22,10 @@ from tt_precise.scene.scene import InitialState
 VECTOR_COLUMNS = ("kx", "ky", "kz", "Lx", "Ly", "Lz", "vx", "vy")
 EULER_COLUMNS = ("theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
-# names of the pose among columns: scalar first, or last
-POSE, POSE_SCALAR_LAST = "pose", "pose:xyzw"
-_LAST = ("qx", "qy", "qz", "qw")
+POSE = "pose"
 POSE_COLUMNS = {
     POSE: Pose._fields,
-    POSE_SCALAR_LAST: (*_LAST, *(name for name in Pose._fields if name not in _LAST)),
+    "pose:xyzw": ("qx", "qy", "qz", "qw", *Pose._fields[4:]),  # the scalar last
 }
 POSE_NAMES = frozenset(Pose._fields)
 _DIMENSIONS = {"q": Dimension(), "w": RATE, "v": SPEED}
@@ -272,25 +268,3 @@ def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
         raise vertical()
     length = horizontal_length(fn, q.state.kx, q.state.ky)
     return pose(q, length, azimuth, recorded["psi"], recorded["x"], recorded["y"])
-
-
-def digits_over_rows(
-    columns: Mapping[str, Array], errors: Mapping[str, Array], start: InitialState, bits: int
-) -> Array:
-    """Correct digits of the worst component of many states, by the rule of ``mechanics.digits``.
-
-    ``columns`` of a state and their ``errors`` are float64 arrays over rows, in SI.
-    """
-    unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
-    with numpy.errstate(all="ignore"):
-        own = {name: values / unit[name] for name, values in columns.items()}
-        scales = sizes(start.body.numbers(float), own, numpy)
-        # an entry that is undefined in both, at a pole, has no error
-        worst = numpy.fmax.reduce([errors[n] / (unit[n] * scales[n]) for n in errors], initial=0)
-        return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
-
-
-def digits_of_time(error: Array, time: Array, unit: float) -> Array:
-    """Correct digits of a time, relative to the larger of the time and the unit of time."""
-    with numpy.errstate(divide="ignore"):
-        return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)

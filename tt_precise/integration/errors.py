@@ -9,39 +9,26 @@ Newton's method gives the zero of an event's function in it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import (
-    POSE_NAMES,
-    Name,
-    digits_of_time,
-    digits_over_rows,
-    name_of,
-)
+from tt_precise.integration import reading
+from tt_precise.integration.columns import POSE_NAMES, Name, name_of
 from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import ARRIVED, Event
 from tt_precise.integration.precision import LONG_DOUBLES, functions_of, precision_named, times_in
-from tt_precise.integration.reading import (
-    Numbers,
-    at_times,
-    drift_columns,
-    event_columns,
-    is_drift,
-    rounding_of,
-    states_at,
-    table,
-)
 from tt_precise.integration.setup import full_tolerance, refused_in_doubles
 from tt_precise.integration.solution import TIME_TOLERANCE, Segment, Solution
+from tt_precise.mechanics.digits import sizes
+from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.quantities import UNITLESS, Quantity
 from tt_precise.runtime.values import Array, InputError, whole_number
 from tt_precise.scene.numerals import as_fraction, shortest_texts
-from tt_precise.scene.scene import Scene
+from tt_precise.scene.scene import InitialState, Scene
 from tt_precise.taylor.machine import MOST_LIMBS
 from tt_precise.taylor.series import TaylorSeries
 
@@ -79,22 +66,22 @@ def table_with_errors(
     run: Solution,
     names: Sequence[Name],
     times: Sequence[Fraction] | Array | None,
-    numbers: Numbers,
+    numbers: reading.Numbers,
 ) -> dict[str, Array]:
     """Return ``reading.table`` by the names that users read, with errors and drifts at the samples.
 
     Raises ``InputError``: there are times and such columns.
     """
     plain, estimates = _estimated(names)
-    drifts = [str(name) for name in plain if is_drift(name)]
+    drifts = [str(name) for name in plain if reading.is_drift(name)]
     if times is not None and (drifts or estimates):
         raise InputError(
             "times: got times with estimated errors or drifts, which exist only at the "
             "samples, expected no times; choose the samples by sample_every of the scene"
         )
-    columns = table(run, [name for name in plain if name not in drifts], times, numbers)
+    columns = reading.table(run, [name for name in plain if name not in drifts], times, numbers)
     if drifts:
-        columns |= drift_columns(run, drifts, numbers)
+        columns |= reading.drift_columns(run, drifts, numbers)
     if estimates:
         errors = errors_of(run).over_time(estimates.values())
         columns |= {name: errors[of] for name, of in estimates.items()}
@@ -106,7 +93,7 @@ def table_with_errors(
 def events_with_errors(run: Solution, names: Sequence[Name]) -> dict[str, Array]:
     """Return ``reading.event_columns`` by the names that users read, with errors of times too."""
     plain, estimates = _estimated(names)
-    columns = event_columns(run, plain)
+    columns = reading.event_columns(run, plain)
     if estimates:
         errors = errors_of(run).events(estimates.values())
         columns |= {name: errors[of] for name, of in estimates.items()}
@@ -247,7 +234,7 @@ class Errors:
         every = [name for name in dict.fromkeys([*state, *names]) if name not in (DIGITS, "t")]
         errors = {name: numpy.full(count, math.inf) for name in ("t", *every)}
         errors[DIGITS] = numpy.zeros(count)
-        with rounding_of(self._numbers):
+        with reading.rounding_of(self._numbers):
             for pair in pairs:
                 values, own = pair.compare(every, self._numbers)
                 values, known = ({name: x[name] for name in state} for x in (values, own))
@@ -307,8 +294,8 @@ class Errors:
             end = as_fraction(other.end) * (1 + TIME_TOLERANCE)
             inner = [t for t in (times if arrived else times[:-1]) if t <= end]
         pairs = []
-        for theirs, number, better in states_at(other, inner, self._numbers):
-            for mine, at, row in states_at(run, times, self._numbers):
+        for theirs, number, better in reading.states_at(other, inner, self._numbers):
+            for mine, at, row in reading.states_at(run, times, self._numbers):
                 index, first, second = numpy.intersect1d(at, number, return_indices=True)
                 if len(index):
                     both = [x[first] for x in row], theirs, [x[second] for x in better]
@@ -322,7 +309,7 @@ class Errors:
         In double the rounding of the time is added.
         """
         run, unit = self._run, float(self._run.start.units.time)
-        seconds = event_columns(run, ())["t"].astype(float)
+        seconds = reading.event_columns(run, ())["t"].astype(float)
         errors = self._table(self._events(), len(seconds), names)
         late = numpy.where(numpy.isfinite(errors["t"]), errors["t"], math.inf)
         digits = numpy.minimum(errors[DIGITS], digits_of_time(late, seconds, unit))
@@ -339,7 +326,7 @@ class Errors:
             time = hits.time + times_in(numbers, [segment.begin])[0]
             here = numpy.flatnonzero(time.astype(float) <= float(other.end_time))
             inner = numpy.where((time < end).astype(bool), time, end)[here]
-            for finer_segment, at, better in at_times(other, inner, numbers):
+            for finer_segment, at, better in reading.at_times(other, inner, numbers):
                 if theirs[finer_segment] != mine[segment]:
                     continue
                 for name, event in segment.setup.watched.items():
@@ -413,6 +400,31 @@ def _zero(
     form = setup.formulation
     before, after = (form.State(*x[: len(form.columns)]) for x in (row, there))
     return form.State.elapsed(step, before, after), there
+
+
+# ---- digits -------------------------------------------------------------------------------------
+
+
+def digits_over_rows(
+    columns: Mapping[str, Array], errors: Mapping[str, Array], start: InitialState, bits: int
+) -> Array:
+    """Correct digits of the worst component of many states, by the rule of ``mechanics.digits``.
+
+    ``columns`` of a state and their ``errors`` are float64 arrays over rows, in SI.
+    """
+    unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
+    with numpy.errstate(all="ignore"):
+        own = {name: values / unit[name] for name, values in columns.items()}
+        scales = sizes(start.body.numbers(float), own, numpy)
+        # an entry that is undefined in both, at a pole, has no error
+        worst = numpy.fmax.reduce([errors[n] / (unit[n] * scales[n]) for n in errors], initial=0)
+        return numpy.clip(-numpy.log10(worst), 0.0, bits * math.log10(2))
+
+
+def digits_of_time(error: Array, time: Array, unit: float) -> Array:
+    """Correct digits of a time, relative to the larger of the time and the unit of time."""
+    with numpy.errstate(divide="ignore"):
+        return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)
 
 
 # Digits by which an estimate must exceed the requested ones: a reference run that errs by a tenth

@@ -76,8 +76,7 @@ class Segment:
     """A segment under one set of equations from ``begin`` on (dimensionless, with guard bits).
 
     ``ended`` is the event that joins it to the next segment; "" if only the equations change, and
-    for the last segment. The columns ``cleared`` are zero behind that event; what the end of the
-    segment leaves of them is its error.
+    for the last segment.
     """
 
     begin: Scalar
@@ -85,7 +84,6 @@ class Segment:
     start: InitialState
     run: Propagation
     ended: str = ""
-    cleared: tuple[str, ...] = ()
 
     @property
     def model(self) -> str:

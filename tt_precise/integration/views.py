@@ -10,17 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy
 
+from tt_precise.integration import reading
 from tt_precise.integration.columns import Name, name_of
 from tt_precise.integration.errors import DIGITS, ERROR, table_with_errors
-from tt_precise.integration.reading import (
-    DRIFT,
-    changes,
-    drift_over_time,
-    event_columns,
-    is_drift,
-    table,
-    with_quadratures,
-)
+from tt_precise.integration.reading import DRIFT, changes, is_drift
 from tt_precise.integration.solution import Solution
 from tt_precise.mechanics.laws import VISCOUS
 from tt_precise.mechanics.quantities import described
@@ -55,7 +48,7 @@ def figure(
     """
     panels: list[tuple[Name, ...]] = [(name,) for name in names or (["theta"] if others else [])]
     if not panels:
-        drifts = tuple(f"{DRIFT}{name}" for name in drift_over_time(run))
+        drifts = tuple(f"{DRIFT}{name}" for name in reading.drift_over_time(run))
         panels = [("theta",), ENERGIES, ("g_n",), drifts]
     columns = [name for panel in panels for name in panel]
     tables = [
@@ -108,7 +101,7 @@ def _scale(axes: Axes, run: Solution, columns: Sequence[Name]) -> None:
 
 def _events(axes: Axes, run: Solution, curves: int) -> None:
     """Draw a tick for each event, one row for each name, below the first panel's ``curves``."""
-    events = event_columns(run, ())
+    events = reading.event_columns(run, ())
     for row, name in enumerate(dict.fromkeys(events["name"])):
         times = events["t"][events["name"] == name].astype(float)
         axes.plot(
@@ -168,7 +161,7 @@ def animate(
     law = run.scene.body.friction  # named where it is not the viscous one
     own = run.scene.name if law is VISCOUS else f"{run.scene.name}, {law.name} friction"
     # the runs that have the pose: an early end may differ in its last bits
-    runs = [(n, with_quadratures(x)) for n, x in ((label or own, run), *others.items())]
+    runs = [(n, reading.with_quadratures(x)) for n, x in ((label or own, run), *others.items())]
     ends = [float(solution.t_end) for _, solution in runs]
     last = min(ends) if end is None else end
     if not 0 <= begin < last <= min(ends):
@@ -188,7 +181,7 @@ def playable(
     count = min(MOST_PLAYED, max(LEAST_PLAYED, round((end - begin) / PLAYED_EVERY_S)))
     times = numpy.linspace(begin, end, count + 1)
     names = ("theta", "phi", "psi", "x", "y", "z", "kx", "ky", "kz")
-    columns = table(run, names, tuple(map(as_fraction, times.tolist())))
+    columns = reading.table(run, names, tuple(map(as_fraction, times.tolist())))
     scene, R, alpha = run.scene, float(run.scene.body.R), float(run.scene.body.alpha)
     course = {name: columns[name] for name in ("theta", "phi", "psi")}
     # the point below the sphere's centre, which lies alpha R along the axis from the centre of mass

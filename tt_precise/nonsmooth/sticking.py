@@ -50,9 +50,6 @@ from tt_precise.scene.scene import InitialState
 from tt_precise.taylor.series import SeriesFunctions, TaylorSeries, convolution
 
 GOES_ON = ("slow", "fast", "stick", "slip")
-# Columns that are zero at rest; what is left of them where a top sticks is the speed that counts
-# as zero.
-VELOCITY = ("vx", "vy", "nu_x", "nu_y", "gliding_speed")
 DIRECTIONS = 64  # directions in which gliding may begin, tested for sign changes
 
 
@@ -331,7 +328,7 @@ def sticking_and_slipping(
             last = here.segment(slow(setup) if status == "slow" else setup, begin)
         status = last.run.status
         joint = status if status in ("stick", "slip") else ""
-        segments.append(replace(last, ended=joint, cleared=VELOCITY if joint == "stick" else ()))
+        segments.append(replace(last, ended=joint))
         if isinstance(last, OnsetSegment) and status != "complete":
             status = "slow"
         begin, here = begin + last.end_time, here.after(last)
