@@ -52,9 +52,8 @@ MODES = ("scene", "other")
 UNTIL = 2  # s
 AMOUNTS = tuple(10.0**-n for n in range(1, 8))
 CLEAR = 1e-2  # The amount of the table of verdicts.
-# Faults that another contact force may have: under ``--friction other`` a pass is right. A normal
-# force without the centripetal term lets the top sink into the table, as a soft table does.
-LEGAL = ("mu of the simulator", "no centripetal term")
+# Faults that another contact force may have: under ``--friction other`` a pass is right.
+LEGAL = ("mu of the simulator",)
 POSE = (
     "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz", "x", "y", "z",
 )  # fmt: skip

@@ -130,13 +130,6 @@ def test_until_cuts_a_tail_off(healthy: Healthy) -> None:
     assert not check(frame, "reference", until=6).passed
 
 
-def test_a_wrong_parameter_of_the_file_is_reported_from_conservation_alone(
-    healthy: Healthy,
-) -> None:
-    result = check(healthy()[VECTORS], tt.load_scene("reference").varied(mu="0.3003"))
-    assert {finding.name for finding in result.failures} == {"energy_balance", "equations"}
-
-
 def test_limits_are_checked(healthy: Healthy) -> None:
     message = "limit: got 'jelett', expected one of: time, jellett"
     refuses(message, healthy(), limits={"jelett": 1})
@@ -198,7 +191,9 @@ def residuals_of(rows: Rows, **parts: float | numpy.ndarray) -> StepResiduals:
     values = {name: numpy.zeros((3, count)) for name in bounds}
     for name, value in parts.items():
         values[name][0] = value
-    return StepResiduals(values["rotation"], values["position"], values["momentum"], bounds)
+    empty = numpy.empty((0, count))
+    rotation, position, momentum = values.values()
+    return StepResiduals(rotation, position, momentum, bounds, empty, empty, empty)
 
 
 def test_intervals_and_sums_count_by_their_factors(healthy: Healthy, monkeypatch: Patch) -> None:
@@ -244,3 +239,31 @@ def test_a_table_may_give_way_by_a_tenth_of_the_radius(depth: float, verdict: st
     found = check(sunk, "reference", friction="other")
     assert (found["kinematics"].verdict == "fail") == (verdict == "fail")
     assert check(sunk, "reference")["kinematics"].verdict == "fail"
+
+
+@pytest.mark.parametrize(("deep", "noted"), [(0.5e-6, False), (2e-6, True)])
+def test_a_depth_is_named_and_not_allowed_for(deep: float, noted: bool) -> None:
+    frame = pose([n / 960 for n in range(100)])
+    found = check(frame.assign(z=frame["z"] - deep * 0.02), "reference", friction="other")
+    assert ("a soft contact" in found["contact_velocity"].note) == noted
+    falling = frame.assign(z=frame["z"] - 1e-4 * frame["t"], vcz=frame["vcz"] - 1e-4)
+    assert check(falling, "reference", friction="other")["contact_velocity"].verdict == "fail"
+
+
+def test_the_scenes_law_is_asked_first_on_leading_rows(monkeypatch: Patch) -> None:
+    """Rows that leave the scene's law at once are not compared with it to their end."""
+    monkeypatch.setattr(checks, "LEADING", 50)
+    frame, lengths = pose([n / 960 for n in range(100)]), list[int]()
+    by_law = checks.by_law
+
+    def counting(rows: Rows) -> StepResiduals:
+        lengths.append(len(rows.t))
+        return by_law(rows)
+
+    monkeypatch.setattr(checks, "by_law", counting)
+    for since, compared in ((10, {50}), (70, {50, 100})):
+        kicked = frame.assign(vcx=frame["vcx"] + 1e-3 * (frame.index >= since))
+        lengths.clear()
+        assert not checks.obeys_scene(rows_of(kicked, friction="other"))
+        assert {*lengths} == compared
+    assert checks.obeys_scene(rows_of(frame, friction="other"))

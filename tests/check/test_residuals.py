@@ -1,6 +1,5 @@
 """Residuals of equations from row to row: right rows, planted changes, resolution, blocks."""
 
-import math
 from collections.abc import Callable
 
 import numpy
@@ -11,7 +10,6 @@ from tests.check.conftest import Healthy, pose, rows_of
 from tests.conftest import Patch
 from tt_precise.check import residuals
 from tt_precise.check.residuals import (
-    FINE,
     RESOLVED,
     SAFETY,
     StepResiduals,
@@ -132,7 +130,9 @@ def test_euler_angles_without_phi_have_an_inclination_only() -> None:
         assert abs(after.rotation[0] - before.rotation[0]).mean() > least
 
 
-def test_a_first_digit_is_rounded_down() -> None:
-    for value, digit in ((0.00947, 0.009), (1.0, 1.0), (39.0, 30.0)):
-        assert math.isclose(residuals.round_down(value), digit)
-    assert FINE == 8
+def test_a_part_of_the_motion_may_be_unresolved_if_it_is_allowed() -> None:
+    rows = rows_of(right(240))
+    for count, open_ in ((60, False), (61, True)):
+        bound = numpy.where(numpy.arange(len(rows.t) - 1) < count, numpy.inf, 0.0)
+        assert bool(unresolved(rows, bound, 0.5)) == open_
+        assert unresolved(rows, bound).startswith(f"{100 * count / 120:.3g} % of the motion")

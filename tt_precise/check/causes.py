@@ -203,7 +203,6 @@ def _residuals(rows: Rows, own: bool) -> Array:
         unit = torque_unit(rows.assumed.scene.body.numbers(float))
         values = numpy.concatenate((steps.rotation, steps.momentum / unit, rise))
         values = values[:, 4:-4]  # polynomials with rows on one side are less precise
-    assert values is not None
     return numpy.nan_to_num(values, posinf=0.0, neginf=0.0).ravel()
 
 
@@ -270,7 +269,7 @@ def _deciding(
     """Return residuals before and after a change, their bounds, and the limits of their sums."""
     t = rows.t[1:]
     bounds = {name: numpy.maximum(bound, there.bounds[name]) for name, bound in here.bounds.items()}
-    if here.state is not None and there.state is not None:
+    if len(here.state):
         limit = limits["equations"] + 0 * t
         for before, after in zip(here.state, there.state, strict=True):
             yield before[None], after[None], bounds["state"], limit

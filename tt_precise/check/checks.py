@@ -14,36 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.check.residuals import (
-    FINE,
-    RESOLVED,
-    StepResiduals,
-    by_any_force,
-    by_law,
-    differentiate,
-    flow_sizes,
-    flow_state,
-    law_of,
-    norm,
-    nutation,
-    sums_since_start,
-    torque_unit,
-    total_energy,
-    unresolved,
-)
+from tt_precise.check import residuals
+from tt_precise.check.residuals import FINE, StepResiduals, by_law, norm, unresolved
 from tt_precise.check.rows import Rows
 from tt_precise.mechanics import quantities
 from tt_precise.mechanics.conserved import INTEGRALS, OF_FLIGHT, OF_QUANTITY, Integral
 from tt_precise.runtime.plotting import thinned
-from tt_precise.runtime.values import (
-    Array,
-    Check,
-    InputError,
-    Sense,
-    Verdict,
-    require_name,
-    shortened,
-)
+from tt_precise.runtime.values import Array, Check, InputError, Sense, require_name, shortened
 from tt_precise.scene.numerals import LARGEST
 
 PAPER_LIMIT = 1e-6  # "constant with precision of order 10^-6 lambda", section 2.1
@@ -108,10 +85,8 @@ def judge_values(check: RowCheck, t: Array, residual: Residual, limit: float) ->
     if beyond.any():
         verdict, since = "fail", float(t[int(numpy.argmax(beyond))])
     elif residual.unresolved or few:
-        verdict, note = (
-            "open",
-            residual.unresolved or f"{TOO_FEW_DIGITS} or rows; {note}".strip("; "),
-        )
+        verdict = "open"
+        note = residual.unresolved or f"{TOO_FEW_DIGITS} or rows; {note}".strip("; ")
     drawn = thinned(t, badness)
     return Check(
         check.name, verdict, float(sign * badness[worst]), limit, float(t[worst]), note,
@@ -133,7 +108,7 @@ def _has_height(rows: Rows) -> bool:
     return rows.assumed.flying or rows.has_height or not rows.assumed.scene.lifts
 
 
-def absences(rows: Rows) -> dict[str, tuple[Verdict, str]]:
+def absences(rows: Rows) -> dict[str, tuple[Any, str]]:
     """Return what checks may need and the rows lack, by name: the verdict without it, and why."""
     assumed, columns, scene = rows.assumed, rows.assumed.columns, rows.assumed.scene
     flying, rolling, rigid = assumed.flying, assumed.rolling, not scene.lifts
@@ -141,7 +116,7 @@ def absences(rows: Rows) -> dict[str, tuple[Verdict, str]]:
     height = f"needs the height of the lowest point: columns {height}"
     dissipates = not (rolling or flying) and (scene.body.mu != 0 or bool(scene.body.spring))
     rises = "vcz" in rows.columns or (rows.has_height and not flying) or rolling
-    needs: dict[str, tuple[bool, Verdict, str]] = {
+    needs: dict[str, tuple[bool, Any, str]] = {
         "azimuth": (columns.azimuth, "open",
                     "needs the direction of the axis, which Euler angles without phi lack"),
         "velocity": (rows.has_velocity, "open", f"needs the velocity: columns {velocity}"),
@@ -163,9 +138,7 @@ def absences(rows: Rows) -> dict[str, tuple[Verdict, str]]:
         motion = "rolling" if name in ("routh", "modified_energy") else "frictionless gliding"
         holds = name == "energy" or integral.holds(scene.model, scene.body)
         needs[name] = (holds, "skipped", f"an integral of {motion} only")
-    return {
-        name: (verdict, reason) for name, (holds, verdict, reason) in needs.items() if not holds
-    }
+    return {name: each[1:] for name, each in needs.items() if not each[0]}
 
 
 # ---- row by row --------------------------------------------------------------------------------
@@ -197,7 +170,7 @@ def _energy(rows: Rows) -> Residual:
     integral, scene = INTEGRALS["energy"], rows.assumed.scene
     if integral.holds(scene.model, scene.body) and has_force(rows):
         return _integral(integral).run(rows)
-    energy = total_energy(rows, rows.state)
+    energy = residuals.total_energy(rows, rows.state)
     scale = float(abs(integral.scale(rows.first))) or 1.0
     return _beyond(rows, (energy - numpy.minimum.accumulate(energy)) / scale, 8.0)
 
@@ -208,14 +181,12 @@ def _contact(rows: Rows) -> Residual:
     if rows.assumed.scene.may_stick:
         return Residual(values)
     steps = by_law(rows)
-    assert steps.state is not None
-    assert steps.least is not None
-    sums, _ = sums_since_start(steps.state, steps.bounds["state"])
-    dips = (steps.least < values.min()) & numpy.isfinite(steps.bounds["state"])
+    sums, _ = residuals.sums_since_start(steps.state, steps.bounds["state"])
+    dips = (steps.least[0] < values.min()) & numpy.isfinite(steps.bounds["state"])
     at = numpy.flatnonzero(dips & (sums <= FOLLOWING))
     if len(at):
-        y, spans = flow_state(rows.motion)[:, at], numpy.diff(rows.t)[at]
-        between = law_of(rows).least_margins(y, spans, flow_sizes(rows))
+        y, spans = residuals.flow_state(rows.motion)[:, at], numpy.diff(rows.t)[at]
+        between = residuals.law_of(rows).least_margins(y, spans, residuals.flow_sizes(rows))
         values[at + 1] = numpy.fmin(values[at + 1], between)
     return Residual(values)
 
@@ -262,7 +233,7 @@ def _excess(
     third array is what is hidden in sums. A value that is NaN is infinitely wrong.
     """
     written = written * (rows.rounding + rows.time_rounding)
-    sums, error = sums_since_start(values, bound)
+    sums, error = residuals.sums_since_start(values, bound)
     hidden = error + written * (ends + rows.spin_rate * rows.t[1:])
     local = numpy.where(numpy.isinf(bound), 0.0, norm(values) - bound - 2 * written)
     local, sums = (numpy.fmax(numpy.where(numpy.isnan(x), numpy.inf, x), 0.0)
@@ -282,15 +253,7 @@ def _by_scene(rows: Rows, values: Array, ends: float = 2.0) -> Residual:
 
 
 def _equations(rows: Rows) -> Residual:
-    state = by_law(rows).state
-    assert state is not None
-    return _by_scene(rows, state)
-
-
-def _energy_balance(rows: Rows) -> Residual:
-    energy = by_law(rows).energy
-    assert energy is not None
-    return _by_scene(rows, energy[None], 8.0)
+    return _by_scene(rows, by_law(rows).state)
 
 
 def obeys_scene(rows: Rows) -> bool:
@@ -313,7 +276,9 @@ def deciding_steps(rows: Rows) -> tuple[StepResiduals, float]:
     Rows that obey one law of force obey what holds under every law, at any spacing. The number is
     the part of the motion that may stay unresolved.
     """
-    return (by_law(rows), MOST_MISSING) if obeys_scene(rows) else (by_any_force(rows), 0.0)
+    return (
+        (by_law(rows), MOST_MISSING) if obeys_scene(rows) else (residuals.by_any_force(rows), 0.0)
+    )
 
 
 def _kinematics(rows: Rows) -> Residual:
@@ -321,9 +286,8 @@ def _kinematics(rows: Rows) -> Residual:
     steps, allowed = deciding_steps(rows)
     turn = "spin" if rows.motion.q is not None else "axis"
     parts = {turn: (steps.rotation, steps.bounds["rotation"])}
-    looked = ["axis" if rows.assumed.columns.azimuth else "inclination"] + ["spin"] * (
-        turn == "spin"
-    )
+    looked = ["axis" if rows.assumed.columns.azimuth else "inclination"]
+    looked += ["spin"] if turn == "spin" else []
     if rows.motion.x is not None and rows.has_velocity and rows.assumed.columns.azimuth:
         bound = steps.bounds["position"] / rows.body.R + 2 * rows.position_rounding
         for name, x, residual in zip("xyz", rows.motion.x, steps.position, strict=True):
@@ -362,7 +326,7 @@ def _contact_momentum(rows: Rows) -> Residual:
     """Return the torque about the lowest point beside weight and motion (m g R alpha)."""
     (steps, allowed), v = deciding_steps(rows), rows.motion.v
     assert v is not None
-    deep, unit, size = _depth(rows), torque_unit(rows.body), 4 * rows.units["L"]
+    deep, unit, size = _depth(rows), residuals.torque_unit(rows.body), 4 * rows.units["L"]
     # a soft contact may act anywhere between the lowest point and the table
     lever = numpy.fmax(deep[1:], deep[:-1]) * rows.body.m * norm(numpy.diff(v[:2]))
     bound = steps.bounds["momentum"] + lever
@@ -371,7 +335,7 @@ def _contact_momentum(rows: Rows) -> Residual:
     mean = MEAN_COUNTS * sums / span
     mean[:MEAN_OVER] = 0.0
     values = numpy.append(0.0, numpy.fmax(mean, local / h) / unit)
-    # a torque that turns with the nutation cancels in the mean: an interval must show it
+    # a torque that turns with the residuals.nutation cancels in the mean: an interval must show it
     written = 2 * size * (rows.rounding + rows.time_rounding)
     typical = float(numpy.sort((bound + written) / (unit * h))[len(h) // 2])
     text = unresolved(rows, bound, allowed) or TOO_FEW_DIGITS * (typical > VISIBLE_TORQUE)
@@ -383,9 +347,11 @@ def _friction_power(rows: Rows) -> Residual:
     v, v_A = rows.motion.v, rows.contact_velocity[:2, :-1]
     assert v is not None
     unit = rows.body.g * rows.units["v"]
-    v_dot, error = differentiate(rows.t, v)
+    v_dot, error = residuals.differentiate(rows.t, v)
     error = norm(error) + 4 * rows.rounding * rows.units["v"] / numpy.diff(rows.t)
-    bound = numpy.where(nutation(rows) < RESOLVED, error * norm(v_A) / unit, numpy.inf)
+    bound = numpy.where(
+        residuals.nutation(rows) < residuals.RESOLVED, error * norm(v_A) / unit, numpy.inf
+    )
     power = (v_dot[:2] * v_A).sum(axis=0) / unit
     excess = numpy.where(numpy.isnan(power), numpy.inf, numpy.fmax(power - bound, 0.0))
     resolved = bound <= 1e-3
@@ -409,7 +375,8 @@ CHECKS = (
     RowCheck("energy", "E, with the energy of an elastic table: constant without friction, never "
              "rising with friction; section 1", _energy, ("potential", "velocity")),
     RowCheck("energy_balance", "E falls by the integral of mu g_n v_A^2; section 1",
-             _energy_balance, ("dissipation", "scene's force", "height", "velocity")),
+             lambda rows: _by_scene(rows, by_law(rows).energy, 8.0),
+             ("dissipation", "scene's force", "height", "velocity")),
     RowCheck("equations", "the state changes by the integral of its rates; eq (1)",
              _equations, ("scene's force", "height", "velocity")),
     RowCheck("contact", "g_n/(m g): the table pushes and never pulls; eq (7)", _contact,
@@ -491,7 +458,5 @@ def read_limits(texts: Iterable[str]) -> dict[str, float]:
         if math.isnan(number) or name in limits or (equals and not name):
             raise InputError(f"--limit: got {text!r}, expected NAME=VALUE or VALUE, each once")
         limits[name] = number
-    usual = limits.pop("", None)
-    if usual is None:
-        return limits
-    return {name: usual for name, value in DEFAULT_LIMITS.items() if value == PAPER_LIMIT} | limits
+    usual = [name for name, value in DEFAULT_LIMITS.items() if value == PAPER_LIMIT]
+    return (dict.fromkeys(usual, limits.pop("")) if "" in limits else {}) | limits

@@ -233,40 +233,27 @@ def _extrapolate(
     """Return the extrapolated states; the last two columns differ by the error."""
     slope, row, watched = rates(start), list[Array](), list[Array]()
     error, least = numpy.full((2, len(spans)), numpy.inf)
-
-    def watching(y: Array) -> Array:
-        if watch:
-            watched.append(watch(y))
-        return rates(y)
-
     for column in range(1, COLUMNS + 1):
-        stage = watching if column == WATCHED_COLUMN else rates
-        previous, row = row, [_midpoint(stage, start, slope, spans, 2 * column)]
+        h, before = spans / (2 * column), numpy.zeros_like(start)
+        change = h * slope
+        for _ in range(2 * column - 1):
+            here = start + change
+            if watch and column == WATCHED_COLUMN:
+                watched.append(watch(here))
+            before, change = change, before + 2 * h * rates(here)
+        previous, row = row, [change]
         for j, coarse in enumerate(previous):
             ratio = (column / (column - 1 - j)) ** 2
             row.append(row[j] + (row[j] - coarse) / (ratio - 1))
-        if not previous:
-            continue
-        before, error = error, (abs(row[-1] - previous[-1]) / sizes).max(axis=0)
-        enough = (error <= tolerance).all() or not (error < before).any()
-        if (
-            column >= WATCHED_COLUMN
-            and enough
-            and (column > FIRST_COLUMNS or error.max(initial=0.0) < 1)
-        ):
-            break
+        if previous:
+            last, error = error, (abs(row[-1] - previous[-1]) / sizes).max(axis=0)
+            enough = (error <= tolerance).all() or not (error < last).any()
+            resolved = column > FIRST_COLUMNS or error.max(initial=0.0) < 1
+            if column >= WATCHED_COLUMN and enough and resolved:
+                break
     if watched:  # the midpoint rule's own error deserves all of the second difference
         least = _lower_bound(numpy.array(watched), 1.0)
     return FlowEnd(start + row[-1], error, least)
-
-
-def _midpoint(rates: Function, start: Array, slope: Array, spans: Array, steps: int) -> Array:
-    """Return the change of states by ``steps`` of the midpoint rule."""
-    h = spans / steps
-    before, change = numpy.zeros_like(start), h * slope
-    for _ in range(steps - 1):
-        before, change = change, before + 2 * h * rates(start + change)
-    return change
 
 
 def _lower_bound(values: Array, share: float) -> Array:

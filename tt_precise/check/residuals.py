@@ -19,16 +19,11 @@ import numpy
 from tt_precise.check.columns import COLUMN_SETS, RigidMotion, unit
 from tt_precise.check.law_flow import EPS, ContactLaw, attitude_rate, integrate_scene
 from tt_precise.check.rows import Rows
-from tt_precise.mechanics import quantities
+from tt_precise.mechanics import newton, quantities
 from tt_precise.mechanics.compliant import stored_energy
 from tt_precise.mechanics.conserved import INTEGRALS
 from tt_precise.mechanics.flight import LiftedState
-from tt_precise.mechanics.newton import (
-    NewtonState,
-    contact_arm,
-    contact_momentum,
-    contact_momentum_rate,
-)
+from tt_precise.mechanics.newton import NewtonState, contact_arm
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.mechanics.vectors import cross, dot, multiplied
@@ -62,26 +57,29 @@ class StepResiduals:
 
     ``rotation`` (rad), ``position`` (m) and ``momentum`` Q (kg m^2/s) have shape (3, n - 1); the
     position is NaN if unknown. ``bounds`` has the error bound of each by name, infinite where it is
-    unresolved. Under the scene's law there are also ``state`` and ``energy``, relative to their
-    sizes, and the lower bound ``least`` of the phases' margins.
+    unresolved. Under the scene's law ``state`` and ``energy`` are relative to their sizes, and
+    ``least`` is the lower bound of the phases' margins; under any force all three are empty.
     """
 
     rotation: Array
     position: Array
     momentum: Array
     bounds: dict[str, Array]
-    energy: Array | None = None
-    least: Array | None = None
-    state: Array | None = None
+    energy: Array
+    least: Array
+    state: Array
 
 
-def _steps(blocks: Iterable[Sequence[Array]]) -> StepResiduals:
-    """Return the residuals of all blocks: of values and bounds, in the order of the fields."""
-    values, bounds = (numpy.concatenate(parts, axis=1) for parts in zip(*blocks, strict=True))
-    of_law = (values[9], values[10], values[11:]) if len(values) > 9 else ()
-    names = ("rotation", "position", "momentum", "state")
-    by_name = dict(zip(names, bounds, strict=False))
-    return StepResiduals(values[:3], values[3:6], values[6:9], by_name, *of_law)
+def _steps(rows: Rows, name: str, blocks: Iterable[Sequence[Array]]) -> StepResiduals:
+    """Return the residuals of all blocks, computed once: of values and bounds, in their order."""
+    if name not in rows.cache:
+        values, bounds = (numpy.concatenate(parts, axis=1) for parts in zip(*blocks, strict=True))
+        rotation, position, momentum, *of_law = numpy.split(values, (3, 6, 9, 10, 11))
+        names = ("rotation", "position", "momentum", "state")
+        by_name = dict(zip(names, bounds, strict=False))
+        rows.cache[name] = StepResiduals(rotation, position, momentum, by_name, *of_law)
+    steps: StepResiduals = rows.cache[name]
+    return steps
 
 
 def norm(vectors: Array) -> Array:
@@ -110,7 +108,9 @@ def rotation_between(q: Array, other: Array) -> Array:
 
 def momentum_about_contact(body: Parameters, k: Array, L: Array, v: Array) -> Array:
     """Return Q = L - a x m v, shape (3, n)."""
-    return numpy.array(contact_momentum(body, contact_arm(body, tuple(k)), tuple(L), tuple(v)))
+    return numpy.array(
+        newton.contact_momentum(body, contact_arm(body, tuple(k)), tuple(L), tuple(v))
+    )
 
 
 def nutation(rows: Rows) -> Array:
@@ -134,12 +134,9 @@ def total_energy(rows: Rows, state: NewtonState | LiftedState) -> Array:
 
 def by_law(rows: Rows) -> StepResiduals:
     """Return the residuals of the scene's equations."""
-    if "by law" not in rows.cache:
-        starts = range(0, max(len(rows.t) - 1, 1), BLOCK)
-        blocks = (_flow_residuals(rows, rows.part(slice(a, a + BLOCK + 1))) for a in starts)
-        rows.cache["by law"] = _steps(blocks)
-    steps: StepResiduals = rows.cache["by law"]
-    return steps
+    starts = range(0, max(len(rows.t) - 1, 1), BLOCK)
+    blocks = (_flow_residuals(rows, rows.part(slice(a, a + BLOCK + 1))) for a in starts)
+    return _steps(rows, "by law", blocks)
 
 
 def law_of(rows: Rows) -> ContactLaw:
@@ -172,7 +169,9 @@ def _flow_residuals(whole: Rows, rows: Rows) -> tuple[Array, Array]:
         if not rows.assumed.body:  # the body of a hypothesis has no scene
             integrated = switches[:: math.ceil(len(switches) / MOST_SWITCHES) or 1]
         states, error[integrated] = integrate_scene(law, y[:, integrated], spans[integrated])
-        there[:, integrated] = flow_state(_rigid_motion(whole, states))
+        columns = {"t": states.kx, **states._asdict()}
+        vectors = COLUMN_SETS["vectors"].motion(body, columns, whole.assumed.rolling)
+        there[:, integrated] = flow_state(vectors)
     state = law.vectors(there)
     if whole.assumed.rolling:
         state = state._replace(vx=0 * state.kx, vy=0 * state.kx)
@@ -197,12 +196,6 @@ def _flow_residuals(whole: Rows, rows: Rows) -> tuple[Array, Array]:
     return numpy.vstack((rotation, position, momentum, energy, least, components)), bounds
 
 
-def _rigid_motion(rows: Rows, states: LiftedState) -> RigidMotion:
-    """Return vector states as a rigid motion, with the shortest rotation from z."""
-    columns = {"t": states.kx, **states._asdict()}
-    return COLUMN_SETS["vectors"].motion(rows.body, columns, rows.assumed.rolling)
-
-
 def _inclination(k: Array, change: Array) -> Array:
     """Return a change of k.z as a rotation (3, n) about a horizontal axis."""
     tilt = numpy.sqrt(numpy.maximum(1 - k[2] ** 2, EPS))
@@ -215,12 +208,11 @@ def _components(rows: Rows, state: NewtonState | LiftedState) -> Array:
     Without the azimuth these are functions that a rotation about the vertical leaves unchanged.
     """
     k, L, (vx, vy), units = state.k, state.L, state[6:8], rows.units
-    if rows.assumed.columns.azimuth:
-        components = [*k, *(x / units["L"] for x in L), vx / units["v"], vy / units["v"]]
-    else:
-        momenta = [L[2], dot(L, k), cross(L, k)[2]]
+    axis, momenta, slip = [*k], [*L], [vx, vy]
+    if not rows.assumed.columns.azimuth:
+        axis, momenta = [k[2]], [L[2], dot(L, k), cross(L, k)[2]]
         slip = [vx * k[0] + vy * k[1], vy * k[0] - vx * k[1]]
-        components = [k[2], *(x / units["L"] for x in momenta), *(x / units["v"] for x in slip)]
+    components = axis + [x / units["L"] for x in momenta] + [x / units["v"] for x in slip]
     if rows.assumed.rolling:
         components = components[:-2]
     if isinstance(state, LiftedState) and rows.has_height:
@@ -233,12 +225,9 @@ def _components(rows: Rows, state: NewtonState | LiftedState) -> Array:
 
 def by_any_force(rows: Rows) -> StepResiduals:
     """Return the residuals of the laws that hold under every contact force."""
-    if "by any force" not in rows.cache:
-        blocks = ([part[:, own] for part in _quadrature(rows.part(near))]
-                  for near, own in _blocks(len(rows.t) - 1))  # fmt: skip
-        rows.cache["by any force"] = _steps(blocks)
-    steps: StepResiduals = rows.cache["by any force"]
-    return steps
+    blocks = ([part[:, own] for part in _quadrature(rows.part(near))]
+              for near, own in _blocks(len(rows.t) - 1))  # fmt: skip
+    return _steps(rows, "by any force", blocks)
 
 
 def _blocks(count: int) -> Iterator[tuple[slice, slice]]:
@@ -256,7 +245,7 @@ def _quadrature(rows: Rows) -> tuple[Array, Array]:
     x, v = (unknown if part is None else part for part in (motion.x, motion.v))
     Q = momentum_about_contact(body, k, L, v)
     a = contact_arm(body, tuple(k))
-    Q_dot = numpy.array(contact_momentum_rate(body, a, tuple(k_dot), tuple(v)))
+    Q_dot = numpy.array(newton.contact_momentum_rate(body, a, tuple(k_dot), tuple(v)))
     attitude, attitude_dot = k, k_dot
     if motion.q is not None:  # of q and -q the one nearer to the row before
         near = (motion.q * numpy.roll(motion.q, 1, axis=1)).sum(axis=0) >= 0
@@ -274,8 +263,10 @@ def _quadrature(rows: Rows) -> tuple[Array, Array]:
             _inclination(k[:, 1:], x[2]) for x in (rotation, rotation_error)
         )
     errors = (rotation_error, error[-6:-3], error[-3:])
-    bounds = [_largest_nearby(norm(numpy.nan_to_num(part))) for part in errors]
-    bounds = SAFETY * _error_ratio(nutation(rows)) * numpy.array(bounds)
+    error = numpy.array([norm(numpy.nan_to_num(part)) for part in errors])
+    padded = numpy.pad(error, ((0, 0), (NEIGHBOURS, NEIGHBOURS)), mode="edge")
+    nearby = numpy.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1, axis=1)
+    bounds = SAFETY * _error_ratio(nutation(rows)) * nearby.max(axis=-1)
     sizes = numpy.broadcast_arrays(1.0, body.R, torque_unit(body) * numpy.diff(t))
     visible = bounds < numpy.array(VISIBLE)[:, None] * numpy.array(sizes)
     values = numpy.vstack((rotation, left[-6:]))
@@ -308,16 +299,13 @@ def _by_polynomials(t: Array, values: Array, integral: bool) -> tuple[Array, Arr
 
     A value is the polynomial through the rows nearest to the interval.
     """
-    fine, coarse = (_weighted(values, *stencils(t, count, integral)) for count in (FINE, COARSE))
-    scale = numpy.diff(t) if integral else 1 / numpy.diff(t)
-    return fine * scale, abs(fine - coarse) * scale
-
-
-def _weighted(values: Array, rows: Array, weights: Array) -> Array:
-    total = numpy.zeros((len(values), len(rows)))
-    for column in range(rows.shape[1]):
-        total += weights[:, column] * values[:, rows[:, column]]
-    return total
+    sums = numpy.zeros((2, len(values), len(t) - 1))
+    for total, count in zip(sums, (FINE, COARSE), strict=True):
+        rows, weights = stencils(t, count, integral)
+        for column in range(rows.shape[1]):
+            total += weights[:, column] * values[:, rows[:, column]]
+    sums *= numpy.diff(t) if integral else 1 / numpy.diff(t)
+    return sums[0], abs(sums[0] - sums[1])
 
 
 def stencils(t: Array, count: int, integral: bool) -> tuple[Array, Array]:
@@ -339,14 +327,6 @@ def stencils(t: Array, count: int, integral: bool) -> tuple[Array, Array]:
     return rows, numpy.linalg.solve(matrix, right)[..., 0][back]
 
 
-def _largest_nearby(error: Array) -> Array:
-    """Return the largest of each error and its neighbours."""
-    padded = numpy.pad(error, NEIGHBOURS, mode="edge")
-    windows = numpy.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
-    largest: Array = windows.max(axis=-1)
-    return largest
-
-
 def unresolved(rows: Rows, bound: Array, allowed: float = 0.0) -> str:
     """Return why the rows do not resolve the motion; "" if they do.
 
@@ -366,10 +346,5 @@ def unresolved(rows: Rows, bound: Array, allowed: float = 0.0) -> str:
     if not RESOLVED < usual * fastest < math.inf:
         first = int(numpy.argmax(missing))
         return f"{text}, first from {rows.t[first]:.6g} to {rows.t[first + 1]:.6g} s"
-    return f"{text}; rows {round_down(RESOLVED / fastest):g} s apart would suffice"
-
-
-def round_down(value: float) -> float:
-    """Return a positive number with its first digit only."""
-    power = 10.0 ** math.floor(math.log10(value))
-    return math.floor(value / power) * power
+    enough = 0.95 * RESOLVED / fastest  # two digits round up by a twentieth at most
+    return f"{text}; rows {enough:.2g} s apart would suffice"
