@@ -8,7 +8,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import EULER, VECTORS, Healthy, check, pose, refuses
+from tests.check.conftest import EULER, VECTORS, Healthy, check, pose
 from tt_precise.check.columns import choose_set, renamed, renaming
 
 # Causes are tested elsewhere.
@@ -50,10 +50,6 @@ def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: 
 def test_what_is_missing_is_named(columns: str, message: str) -> None:
     with pytest.raises(tt.InputError, match=message):
         choose_set(columns.split(), "f.csv")
-
-
-def test_a_velocity_is_whole_or_absent(healthy: Healthy) -> None:
-    refuses("no vy, expected all columns of the velocity or none", healthy()[VECTORS[:-1]])
 
 
 def test_renames(healthy: Healthy) -> None:

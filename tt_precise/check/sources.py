@@ -99,10 +99,8 @@ class Source:
             text = "" if cell is None else str(cell).strip()
         if text in ("", "<NA>"):
             return math.nan
-        raise InputError(
-            f"{self.where}: {self.position(row)}, column {name}: got {text[:40]!r}, expected a "
-            "number"
-        )
+        place = f"{self.where}: {self.position(row)}, column {name}"
+        raise InputError(f"{place}: got {text[:40]!r}, expected a number")
 
 
 class TextSource(Source):
@@ -151,15 +149,8 @@ class TextSource(Source):
         if not any(map(str.strip, itertools.islice(self._lines(), self._header, None))):
             return {name: numpy.empty(0) for name in names}
         columns = [(str(i), kind if name in names else "U1") for i, name in enumerate(self.names)]
-        table = numpy.loadtxt(
-            self._lines(),
-            columns,
-            comments=None,
-            delimiter=self._separator,
-            skiprows=self._header,
-            ndmin=1,
-            quotechar='"',
-        )
+        place: Any = {"delimiter": self._separator, "skiprows": self._header, "ndmin": 1}
+        table = numpy.loadtxt(self._lines(), columns, comments=None, quotechar='"', **place)
         return {name: table[str(self.names.index(name))] for name in names}
 
     def _find_header(self, recognised: set[str]) -> tuple[int, list[str], str | None]:
@@ -168,11 +159,8 @@ class TextSource(Source):
         Raises ``InputError``: there is no such line.
         """
         lines = [line.strip("# \n") for line in itertools.islice(self._lines(), MOST_PREAMBLE)]
-        headers = [
-            (number, [cell.strip(' "') for cell in line.split(separator)], separator)
-            for number, line in enumerate(lines, 1)
-            for separator in SEPARATORS
-        ]
+        headers = [(number, [cell.strip(' "') for cell in line.split(separator)], separator)
+                   for number, line in enumerate(lines, 1) for separator in SEPARATORS]  # fmt: skip
         header = max(headers, key=lambda each: len(recognised & {*each[1]}), default=None)
         if header and recognised & {*header[1]}:
             return header
@@ -263,24 +251,17 @@ def _npz(path: Path) -> Columns:
 
 
 def _hdf5(path: Path) -> Columns:
-    """Return the data sets of all groups; 1 x N or N x 1 is a column, as MATLAB writes it.
-
-    Links are not followed.
-    """
+    """Return the data sets of all groups; 1 x N or N x 1 is a column, as MATLAB writes it."""
     h5py = needed("h5py")
-    paths: list[str] = []
-
-    def visit(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and not name.startswith("#"):
-            paths.append(name)
-
+    places: list[str] = []  # links are not visited
     with h5py.File(path, "r") as file:
-        file.visititems(visit)
-    names = [name.rpartition("/")[2] for name in paths]
+        file.visit(places.append)
+        sets = [each for each in places if isinstance(file[each], h5py.Dataset) and each[0] != "#"]
+    names = [each.rpartition("/")[2] for each in sets]
 
     def load(name: str) -> Array:
         with h5py.File(path, "r") as file:
-            column = file[paths[names.index(name)]]
+            column = file[sets[names.index(name)]]
             if column.external or column.is_virtual:
                 raise ValueError(f"{name} lies in another file")
             require_size((column.size or 0) * column.dtype.itemsize, f"numbers in {name}")
