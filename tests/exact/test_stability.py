@@ -6,22 +6,11 @@ from typing import Any
 
 import mpmath
 import pytest
+from gmpy2 import mpq
 
 from tests.conftest import top
 from tt_precise.exact import stability
-from tt_precise.exact.stability import (
-    INVERTED,
-    UPRIGHT,
-    Complex,
-    agreed_digits,
-    decimal,
-    hurwitz,
-    is_stable,
-    linearised,
-    marginal_momentum,
-    own_context,
-    rounding_to,
-)
+from tt_precise.exact.stability import INVERTED, UPRIGHT, agreed_digits, own_context, rounding_to
 from tt_precise.mechanics import newton, thresholds
 from tt_precise.mechanics.newton import NewtonState
 from tt_precise.mechanics.parameters import Parameters
@@ -38,11 +27,11 @@ def threshold_spin(body: TippeTop, side: int, context: Any) -> Any:
     return thresholds.L1(numbers, thresholds.lambda_thres(numbers, context))
 
 
-def triangular(*roots: tuple[int, int]) -> list[list[Complex]]:
+def triangular(*roots: tuple[int, int]) -> list[list[stability.Complex]]:
     """A matrix with these eigenvalues."""
-    above = Complex(7, -3)
+    number, above = stability.Complex, stability.Complex(7, -3)
     return [
-        [Complex(*root) if i == j else above if i < j else Complex(0, 0) for j in range(3)]
+        [number(*root) if i == j else above if i < j else number(0, 0) for j in range(3)]
         for i, root in enumerate(roots)
     ]
 
@@ -60,8 +49,15 @@ def triangular(*roots: tuple[int, int]) -> list[list[Complex]]:
 )
 def test_hurwitz_of_known_eigenvalues(roots: tuple[tuple[int, int], ...], stable: bool) -> None:
     matrix = triangular(*roots)
-    assert is_stable(matrix) is stable
-    assert (hurwitz(matrix)[2] == 0) is any(re == 0 for re, _ in roots)
+    assert stability.is_stable(matrix) is stable
+    assert (stability.hurwitz(matrix)[2] == 0) is any(re == 0 for re, _ in roots)
+
+
+def test_derivatives_of_quotients_and_of_the_equations() -> None:
+    x, body = stability.Tangent(2, Fraction(5)), top().numbers(mpq)
+    assert ((stability.Tangent(3, 1) / x).derivative, (6 / x).derivative) == (-3.25, -7.5)
+    turning = stability.linearised(body, UPRIGHT, mpq(7))[0][0]
+    assert (turning.re, turning.im) == (0, 7 * body.I3 / body.I1)
 
 
 @SIDES
@@ -69,7 +65,7 @@ def test_hurwitz_of_known_eigenvalues(roots: tuple[tuple[int, int], ...], stable
 def test_the_threshold_does_not_depend_on_friction(side: int, mu: str | None) -> None:
     context = own_context(60)
     friction = None if mu is None else Fraction(mu)
-    marginal = marginal_momentum(top(), side, 45, context, friction)
+    marginal = stability.marginal_momentum(top(), side, 45, context, friction)
     assert agreed_digits(marginal.momentum, threshold_spin(top(), side, context), 60, context) >= 45
 
 
@@ -89,7 +85,7 @@ def test_the_threshold_does_not_depend_on_friction(side: int, mu: str | None) ->
 )
 def test_thresholds_of_extreme_tops(side: int, changes: dict[str, str]) -> None:
     body, context = top(**changes), own_context(150)
-    spin = marginal_momentum(body, side, 20, context).momentum
+    spin = stability.marginal_momentum(body, side, 20, context).momentum
     assert agreed_digits(spin, threshold_spin(body, side, context), 50, context) >= 20
 
 
@@ -106,7 +102,7 @@ def test_thresholds_of_extreme_tops(side: int, changes: dict[str, str]) -> None:
 )
 @pytest.mark.parametrize("mu", [None, Fraction(1)])
 def test_where_no_spin_is_marginal(I1: str, side: int, mu: Fraction | None) -> None:
-    marginal = marginal_momentum(top(I1=I1), side, 30, own_context(40), mu)
+    marginal = stability.marginal_momentum(top(I1=I1), side, 30, own_context(40), mu)
     assert marginal.momentum is None
     assert ("grow" if side == INVERTED else "decay") in marginal.reason
 
@@ -116,9 +112,12 @@ def test_upright_loses_and_inverted_gains_stability_with_spin(side: int) -> None
     """The sign that names the two thresholds: lambda_up is the upright one, lambda_thres not."""
     context = own_context(30)
     body = top().numbers(rounding_to(context))
-    marginal = marginal_momentum(top(), side, 20, context).momentum / body.I3
+    marginal = stability.marginal_momentum(top(), side, 20, context).momentum / body.I3
     for factor, stable in (("0.99", side == UPRIGHT), ("1.01", side == INVERTED)):
-        assert is_stable(linearised(body, side, marginal * context.mpf(factor))) is stable
+        assert (
+            stability.is_stable(stability.linearised(body, side, marginal * context.mpf(factor)))
+            is stable
+        )
 
 
 @SIDES
@@ -132,7 +131,7 @@ def test_a_spoiled_equation_moves_the_threshold(side: int, monkeypatch: pytest.M
 
     monkeypatch.setattr(newton, "rates", spoiled)
     context = own_context(60)
-    spin = marginal_momentum(top(), side, 45, context).momentum
+    spin = stability.marginal_momentum(top(), side, 45, context).momentum
     assert 25 <= agreed_digits(spin, threshold_spin(top(), side, context), 60, context) <= 31
 
 
@@ -140,14 +139,14 @@ def test_a_zero_without_a_change_of_stability_is_refused(monkeypatch: pytest.Mon
     zero = stability._zero
     monkeypatch.setattr(stability, "_zero", lambda f, a, b, grid: zero(f, a, b, grid) * 101 / 100)
     with pytest.raises(ArithmeticError, match="no change of stability"):
-        marginal_momentum(top(), INVERTED, 20, own_context(30))
+        stability.marginal_momentum(top(), INVERTED, 20, own_context(30))
 
 
 def test_a_context_leaves_the_global_one_alone() -> None:
     before = mpmath.mp.dps
     one, other = own_context(30), own_context(70)
     assert (one.dps, other.dps, mpmath.mp.dps) == (30, 70, before)
-    assert decimal(other.mpf(5) / 2, 10, other) == "2.500000000"
+    assert stability.decimal(other.mpf(5) / 2, 10, other) == "2.500000000"
 
 
 @pytest.mark.parametrize(
