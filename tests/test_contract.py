@@ -14,6 +14,10 @@ STATUSES = {"complete", "contact_lost", "singular_contact", "pole", "failed"}
 VERDICTS = {
     "reproduced", "rounded", "partly", "ambiguous", "refuted", "misprint", "untestable",
 }  # fmt: skip
+KNOWN = {
+    "scene": "reference", "model": "gliding", "formulation": "newton", "precision": "double",
+    "status": "complete",
+}  # fmt: skip
 PYTHON_NAMES = "load_scene integrate golden.load golden.compare check.conservation claims.judge"
 
 
@@ -34,14 +38,8 @@ def test_names() -> None:
 
 def test_run(printed: Printed) -> None:
     run = printed("run reference --until 0.1 --events all")
-    has(
-        run,
-        "run",
-        "scene model formulation precision status t_end steps state error_estimate digits drift "
-        "events",
-    )
-    values = [run[key] for key in ("scene", "model", "formulation", "precision", "status")]
-    assert values == ["reference", "gliding", "newton", "double", "complete"]
+    has(run, "run", f"{' '.join(KNOWN)} t_end steps state error_estimate digits drift events")
+    assert {key: run[key] for key in KNOWN} == KNOWN
     assert list(run["state"]) == STATE.split()
     assert set(run["error_estimate"]) == {"t_end", *STATE.split()}
     assert all(isinstance(value, str) for value in (run["t_end"], *run["state"].values()))

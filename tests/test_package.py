@@ -44,7 +44,8 @@ def test_help_a_scene_and_committed_verdicts_need_nothing_heavy() -> None:
     assert "mpmath" in imported_by("import tt_precise as tt; tt.integrate")  # the control
 
 
-def test_all_names_are_listed_and_there() -> None:
+def test_all_names_are_listed_there_and_typed() -> None:
+    assert Path(tt_precise.__file__).with_name("py.typed").is_file()
     subprocess.run([sys.executable, "-c", LISTED, *reversed(PACKAGES)], check=True)
 
 
@@ -53,7 +54,3 @@ def test_examples_of_its_docstrings_are_true(name: str) -> None:
     result = doctest.testmod(importlib.import_module(name))
     assert result.attempted >= 3
     assert result.failed == 0
-
-
-def test_the_package_is_typed() -> None:
-    assert Path(tt_precise.__file__).with_name("py.typed").is_file()

@@ -8,28 +8,13 @@ import pytest
 import tt_precise as tt
 from benchmarks import fault_amounts
 from benchmarks.dropped_terms import term_names
-from benchmarks.fault_amounts import (
-    Fault,
-    dropped,
-    false_passes,
-    faults,
-    right,
-    smallest,
-    without_term,
-)
+from benchmarks.fault_amounts import Fault, dropped, faults, right, smallest
 from tests.conftest import more
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
 def test_nothing_wrong_does_not_fail(friction: str) -> None:
     assert smallest(Fault("nothing", lambda hertz, amount: right(hertz)), 240, friction) is None
-
-
-def test_a_clock_is_seen_in_small_amounts() -> None:
-    (clock,) = (one for one in faults() if one.name == "the clock")
-    found = smallest(clock, 240, "other")
-    assert found is not None
-    assert found <= 1e-3
 
 
 @pytest.mark.parametrize(
@@ -43,24 +28,25 @@ def test_swapped_columns_and_another_sign_fail(pair: tuple[str, str], no_cause: 
         assert tt.check.conservation(wrong, "reference").verdict == "fail"
 
 
-@pytest.mark.evidence
-def test_a_friction_coefficient_is_seen_to_a_thousandth() -> None:
-    (mu,) = (one for one in faults() if one.name == "mu of the simulator")
-    assert (smallest(mu, 60, "scene") or 1) <= 1e-3
+@pytest.mark.parametrize(
+    ("name", "hertz", "friction"),
+    [("the clock", 240, "other"), more("mu of the simulator", 60, "scene")],
+)
+def test_a_thousandth_is_seen(name: str, hertz: int, friction: str) -> None:
+    (fault,) = (one for one in faults() if one.name == name)
+    assert (smallest(fault, hertz, friction) or 1) <= 1e-3
 
 
 @pytest.mark.evidence
 def test_dropped_terms_fail_whether_lambda_shows_them_or_not(no_cause: None) -> None:
     names = term_names()
-    numbers = [
-        names.index(f"eq ({name}") for name in ("3) without alpha", "2) without -R*alpha*g_n")
-    ]
-    seen, hidden = dropped(numbers).to_dict("records")
+    terms = ("eq (3) without alpha", "eq (2) without -R*alpha*g_n")
+    seen, hidden = dropped([names.index(term) for term in terms]).to_dict("records")
     assert seen["jellett"] > 1e-6 > hidden["jellett"]
     assert seen["fails"].split()[0] == "jellett"
     assert {"energy", "equations"} <= set(hidden["fails"].split())
     # with all terms nothing fails
-    assert not tt.check.conservation(without_term(None), "reference").failures
+    assert not tt.check.conservation(fault_amounts.without_term(None), "reference").failures
 
 
 @pytest.mark.slow
@@ -81,9 +67,9 @@ def test_no_fault_of_a_hundredth_passes_but_legal_motions() -> None:
     """In the committed table; the words of each cause name what was planted, or a rival of it."""
     table = pandas.read_csv(fault_amounts.VERDICTS)
     assert table["fault"].tolist() == [fault.name for fault in faults()]
-    assert false_passes(table) == []
+    assert fault_amounts.false_passes(table) == []
     wrong = table.replace("open", "passes")
-    assert len(false_passes(wrong)) > 10
+    assert len(fault_amounts.false_passes(wrong)) > 10
     for row in table.to_dict("records"):
         for words in (str(cell) for cell in row.values() if "times" in str(cell)):
             numbers = {part.split(" ")[0] for part in words.split(": ")[1].split(", or ")}

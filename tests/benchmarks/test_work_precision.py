@@ -22,11 +22,17 @@ from tt_precise.integration.precision import precision_named
 from tt_precise.mechanics.formulations import CHEAPER, FORMULATIONS, Formulation
 from tt_precise.runtime.values import InputError
 
-DOUBLE, QUAD, WIDE = (
-    Settings(0.0, precision_named(*words)) for words in (("double",), ("quad",), ("mp", 200))
+DOUBLE, QUAD, WIDE, MANY = (
+    Settings(0.0, precision_named(*words))
+    for words in (("double",), ("quad",), ("mp", 200), ("mp", 80))
 )
+EPS = float(DOUBLE.precision.eps)
 SHORT = golden_problem("reference", "newton", "0.03")
 DEFAULT = ("heyoka", "heyoka, contact watched", "tt_precise, tolerance")  # compile in a second
+OTHERS = [
+    way.name for way in OWN
+    if way.name not in DEFAULT and "digits" not in way.name and "parallel" not in way.name
+]  # fmt: skip
 LOOSE = ("Radau", "RK45", "BDF", "odeint", "LSODA", "Adams")
 
 
@@ -40,30 +46,33 @@ def errors(problem: GoldenProblem, method: str, settings: Settings, fault: Any =
     return problem.truth.errors(states, settings.precision, None if run.published else times)
 
 
+def slow(*case: Any) -> Any:
+    return pytest.param(*case, marks=pytest.mark.slow)
+
+
 @pytest.mark.parametrize(
-    "name",
+    ("problem", "method", "settings", "error", "least", "most"),
     [
-        method.name if method.name in DEFAULT else pytest.param(method.name, marks=pytest.mark.slow)
-        for method in OWN
-        if "digits" not in method.name and "parallel" not in method.name
+        # dense output ends with a term of a tenth of eps of the largest entry, about 5
+        *((SHORT, way, DOUBLE, "error_on_way", 0, 500 * EPS) for way in DEFAULT),
+        *(slow(SHORT, way, DOUBLE, "error_on_way", 0, 500 * EPS) for way in OTHERS),
+        (SHORT, "heyoka", DOUBLE._replace(tolerance=1e-6), "error_on_way", 1e-10, 1e-3),
+        (SHORT, "heyoka", DOUBLE._replace(tolerance=1e-9), "error_on_way", 1e-13, 1e-6),
+        # golden data have 34 decimals, and quad a few eps
+        *((SHORT, "heyoka", QUAD, error, 0, 1e-32)
+          for error in ("error", "error_on_way", "jellett_drift")),
+        (golden_problem("reference", "euler", "0.03"), "heyoka", QUAD, "error", 0, 1e-31),
+        (golden_problem("rolling", "newton", "0.03"), "heyoka", DOUBLE, "error", 0, 1e-13),
+        slow(golden_problem("reference", until="0.01"), "mpmath odefun", MANY, "error", 0, 1e-15),
+        # more bits go below golden data
+        slow(replace(SHORT, truth_bits=260), "heyoka", WIDE, "error", 0, 1e-55),
+        slow(SHORT, "heyoka", WIDE, "error", 1e-36, 1),
     ],
-)
-def test_heyoka_in_all_its_ways_is_right_to_rounding(name: str) -> None:
-    # dense output ends with a term of a tenth of eps of the largest entry, about 5
-    assert errors(SHORT, name, DOUBLE).error_on_way < 100 * 5 * float(DOUBLE.precision.eps)
-
-
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
-def test_a_tolerance_is_heeded(tolerance: float) -> None:
-    settings = DOUBLE._replace(tolerance=tolerance)
-    assert 1e-4 * tolerance < errors(SHORT, "heyoka", settings).error_on_way < 1e3 * tolerance
-
-
-@pytest.mark.slow
-def test_odefun_in_many_digits() -> None:
-    problem = golden_problem("reference", until="0.01")
-    settings = DOUBLE._replace(precision=precision_named("mp", 80))
-    assert errors(problem, "mpmath odefun", settings).error < 1e-15
+)  # fmt: skip
+def test_errors_are_those_of_the_arithmetic_or_the_tolerance(
+    problem: GoldenProblem, method: str, settings: Settings, error: str, least: float, most: float
+) -> None:
+    assert least <= getattr(errors(problem, method, settings), error) < most
 
 
 @pytest.mark.peers
@@ -82,14 +91,6 @@ def test_peers_converge_to_golden_data(name: str, coordinates: str) -> None:
     assert fine < 1e4 * tolerances[1]
 
 
-def test_quad_agrees_with_golden_data_to_their_last_digits() -> None:
-    found = errors(SHORT, "heyoka", QUAD)
-    # 34 decimals, and a few eps of quad
-    assert max(found.error, found.error_on_way, found.jellett_drift) < 1e-32
-    assert errors(golden_problem("reference", "euler", "0.03"), "heyoka", QUAD).error < 1e-31
-    assert errors(golden_problem("rolling", "newton", "0.03"), "heyoka", DOUBLE).error < 1e-13
-
-
 @pytest.mark.parametrize("coordinates", ["newton", "euler"])
 def test_an_error_of_the_state_is_found(coordinates: str) -> None:
     problem = golden_problem("reference", coordinates, "0.03")
@@ -99,12 +100,6 @@ def test_an_error_of_the_state_is_found(coordinates: str) -> None:
     assert found.jellett_drift > 1e-12
     # max ignores NaN, which is infinitely wrong
     assert errors(problem, "heyoka", DOUBLE, fault=math.nan).error == math.inf
-
-
-@pytest.mark.slow
-def test_a_run_with_more_bits_goes_below_golden_data() -> None:
-    assert errors(replace(SHORT, truth_bits=260), "heyoka", WIDE).error < 1e-55
-    assert errors(SHORT, "heyoka", WIDE).error > 1e-36  # all that golden data can show
 
 
 def test_the_rounding_of_the_time_is_no_error_of_the_method() -> None:
@@ -157,6 +152,8 @@ def test_the_tables_are_written_and_the_findings_printed(
 
 
 def test_what_is_missing_and_what_fails_is_skipped_with_a_line(monkeypatch: Patch) -> None:
+    assert {trial.method for group in measure.whole() for trial in group.trials} <= set(METHODS)
+    assert len(METHODS) == len(OWN) + len(PEERS)  # a name has one method
     missing = Method(PLAN[2].method, ("nowhere",), METHODS["heyoka"].prepare)
     monkeypatch.setitem(measure.METHODS, missing.name, missing)
     monkeypatch.setattr(measure, "WORKLOAD_ROUNDS", 2)
@@ -176,12 +173,7 @@ def test_short_runs_of_the_long_ones_stay_within_rounding(monkeypatch: Patch) ->
     growth = long_runs.table((long_runs.LongRuns(2, 10.0),))
     assert len(growth) == 2 * len(long_runs.log_spaced(10.0))
     for name in GROWING:
-        assert 0 < growth[name].abs().max() < 100 * numpy.finfo(float).eps
-
-
-def test_every_trial_of_the_plan_has_a_method() -> None:
-    assert {trial.method for group in measure.whole() for trial in group.trials} <= set(METHODS)
-    assert len(METHODS) == len(OWN) + len(PEERS)  # a name has one method
+        assert 0 < growth[name].abs().max() < 100 * EPS
 
 
 def test_actions_are_timed_in_turn_each_after_the_baseline() -> None:
@@ -207,13 +199,9 @@ def called(form: Formulation, shape: str, parameters: list[float]) -> Any:
     """The rates at STATE by the text of a shape."""
     rates, state = flat(form, shape, parameters), STATE[: len(form.columns)]
     filled = [0.0] * len(state)
-    if shape == "callback":
-        rates(filled, 0.0, state, parameters)
-    elif shape == "filling":
-        rates(0.0, state, filled)
-    else:
-        filled = rates(0.0, state)
-    return numpy.array(filled)
+    given = {"callback": (filled, 0.0, state, parameters), "filling": (0.0, state, filled)}
+    returned = rates(*given.get(shape, (0.0, state)))
+    return numpy.array(filled if shape in given else returned)
 
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda f: f"{f.model}-{f.coordinates}-{f.columns[-1]}")
@@ -222,7 +210,7 @@ def test_every_shape_gives_the_rates(form: Formulation, shape: str) -> None:
     parameters = [VALUES[name] for name in form.parameters]
     state = form.State(*STATE[: len(form.columns)])
     expected = numpy.array(form.rates(form.body(parameters), state, math))
-    bound = bound_eps * numpy.finfo(float).eps * numpy.abs(expected).max()
+    bound = bound_eps * EPS * numpy.abs(expected).max()
     assert numpy.abs(called(form, shape, parameters) - expected).max() < bound
     if "mu" in form.parameters:
         other = [VALUES[name] * (1 + 1e-9 * (name == "mu")) for name in form.parameters]
