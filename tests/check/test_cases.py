@@ -98,7 +98,7 @@ def test_a_log_that_begins_elsewhere_has_its_digits(name: str) -> None:
 
 
 def test_what_is_no_table_is_refused() -> None:
-    refuses("no header: line 1 is 9 numbers", CASES / "headers/none.csv")
+    refuses("got a row of numbers, expected a header", CASES / "headers/none.csv")
     assert check(CASES / "headers/preamble.csv", "reference").passed  # the header is line 3
     path = CASES / "pose_with_vx_vy_vz/in.csv"
     refuses("add --columns vx=vcx,vy=vcy,vz=vcz", path)

@@ -69,7 +69,7 @@ def test_few_digits_are_named(healthy: Healthy) -> None:
         (
             VECTORS,
             lambda f: f.assign(kx=-f["kx"], ky=-f["ky"], kz=-f["kz"]),
-            "other end of the body",
+            "symmetry axis is -z",
         ),
     ],
 )

@@ -46,7 +46,7 @@ def test_exit_status_and_json(written: Path, printed: Printed) -> None:
         ("--columns a=b", "--columns: got 'b', expected one of ours"),
         ("--scene nonsense", "scene: got 'nonsense'"),
         ("--plot x.txt", "got x.txt, expected a name that ends in .svg"),
-        ("--until -1", "got no rows up to t = -1 s, expected a trajectory"),
+        ("--until -1", "got 0 rows up to t = -1 s, expected a trajectory"),
         ("--until x", "not a valid float"),
         ("--junit /proc/nothing/x.xml", "/proc/nothing/x.xml"),
     ],

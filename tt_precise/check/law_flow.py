@@ -137,7 +137,7 @@ class ContactLaw:
     def margins(self, phases: Array, y: Array) -> Array:
         """Return the margin of each state in its phase."""
         margins = numpy.empty(len(phases))
-        for phase in numpy.unique(phases):
+        for phase in sorted({*phases.tolist()}):
             margins[phases == phase] = self.margin(phase, y[:, phases == phase])
         return margins
 
@@ -163,7 +163,7 @@ class ContactLaw:
         """Propagate states over their ``spans`` (s), each in its phase."""
         end, phases = FlowEnd(y.copy(), *numpy.full((2, len(spans)), numpy.inf)), self.phases(y)
         turn = numpy.sqrt((y[4:7] ** 2).sum(axis=0)) / min(self.body.I1, self.body.I3) * spans
-        for phase in numpy.unique(phases):
+        for phase in sorted({*phases.tolist()}):
             rates, watch = self.rates(phase), lambda here, p=phase: self.margin(p, here)
             at = numpy.flatnonzero((phases == phase) & (turn <= MOST_TURN))
             most = float(turn[at].max(initial=0.0))

@@ -220,7 +220,7 @@ def half_unit(values: Array) -> float:
     The number with the most digits shows the place; 0 stands for full doubles. A short decimal may
     be a 32-bit float: the coarser precision counts.
     """
-    numbers = numpy.unique(values[numpy.isfinite(values) & (values != 0)])
+    numbers = numpy.array(sorted({*values[numpy.isfinite(values) & (values != 0)].tolist()}))
     if len(numbers) < DISTINCT:
         return 0.0
     largest = float(abs(numbers).max())
