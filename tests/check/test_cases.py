@@ -66,7 +66,8 @@ JUDGED: dict[str, tuple[str, str, str]] = {
 }  # fmt: skip
 # Rows of engines as these write them.
 ENGINES: dict[str, tuple[str, str, str]] = {
-    "mujoco_cm_offset_1pct_low.csv": (FAIL, FAIL, ""),
+    # with the scene's own friction there are two causes
+    "mujoco_cm_offset_1pct_low.csv": (FAIL, FAIL, "alpha is 0.9900 times the scene's"),
     "mujoco_default_contact_rk4_2ms.csv": (FAIL, FAIL, ""),  # 0.37 mm deep
     "bullet_clamped_spin.csv": (FAIL, FAIL, ""),
 }
@@ -84,7 +85,11 @@ def test_files_are_judged_as_their_readme_says(name: str, friction: str) -> None
     assert found.verdict == expected, str(found)
     texts = [one.text for one in found.causes]
     unresolved = found.verdict == OPEN and "rounded" not in cause
-    if found.verdict == PASS or unresolved or (cause and name.startswith("psi_dot") and not texts):
+    if (
+        found.verdict == PASS
+        or unresolved
+        or (cause and name.startswith(("psi_dot", "mujoco")) and not texts)
+    ):
         assert texts == []
     else:
         assert len(texts) == bool(cause)

@@ -1,6 +1,6 @@
 """Causes: each hypothesis of the table is named where it holds, and no other one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -143,8 +143,8 @@ def test_of_conventions_the_one_that_leaves_nothing_is_named(healthy: Healthy) -
             return rests[hypothesis.text]
 
     def best(names: str) -> str | None:
-        hypotheses = (Hypothesis("convention", name, lambda rows: rows) for name in names)
-        found = causes._best(Asked(rows, [], lambda rows: iter([])), hypotheses)
+        changes: Iterator[Any] = ((name, lambda rows: rows) for name in names)
+        found = causes._best(Asked(rows, [], lambda rows: iter([])), changes)
         return found and found.text
 
     assert [best(names) for names in ("abcd", "abd", "d", "")] == ["c", "b", None, None]

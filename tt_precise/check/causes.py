@@ -21,17 +21,23 @@ from typing import Any, NamedTuple
 import numpy
 
 from tt_precise.check.checks import DEFAULT_LIMITS, MEAN_COUNTS, MEAN_OVER, has_force
+from tt_precise.check.columns import Columns
 from tt_precise.check.conventions import candidates
+from tt_precise.check.law_flow import TURN, propagate
 from tt_precise.check.residuals import (
-    StepResiduals,
     by_any_force,
     by_law,
+    compared_components,
+    flow_sizes,
+    flow_state,
+    law_of,
     norm,
     sums_since_start,
     torque_unit,
 )
 from tt_precise.check.result import Cause
 from tt_precise.check.rows import Rows
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, Check
 
 FEW = 120  # Leading rows on which a number is fitted, and a hypothesis is tried first.
@@ -39,18 +45,23 @@ FEW = 120  # Leading rows on which a number is fitted, and a hypothesis is tried
 # right convention leaves the second, rounding of doubles, or up to the third in an engine's file: a
 # soft contact leaves some hundredths of the energy's failure, a wrong convention a part of 1.
 REST, NOTHING, ENGINES_REST = 0.01, 1e-6, 0.1
-STEP = 1e-6  # Relative change of a number for a derivative: half the digits of a double.
-# Numbers that are fitted, those whose derivative is most parallel to the residual, and iterations:
-# a tenth of the change is not linear, so that each gains a digit.
-MOST_FITTED, PASSES = 4, 10
-LARGEST = 0.6  # Relative change of a number up to which it is sought.
+# Relative change of a number for a derivative, and the error of the flow: the derivative is known
+# to a part of 1e-4.
+STEP, FLOW_ERROR = 1e-4, 1e-8
+# Cosine of the angle between residuals and their derivative: a number that is wrong by a half is
+# more parallel to them. Passes of the fit: each gains a digit.
+PARALLEL, PASSES = 0.9, 10
+EDGE = 4  # Intervals at either end whose polynomials have rows on one side.
+SMALLEST, LARGEST = 1e-7, 0.6  # Relative changes of a number between which it is sought.
 BODY = ("m", "R", "alpha", "I1", "I3", "g", "mu")
 DECIDING = (("equations",), ("kinematics", "contact_momentum"))
 TINY = 1e-300  # stands for a derivative of 0
 SHORT = 1e-9  # Relative rounding of a file above which its digits may be the cause.
 
 Judge = Callable[[Rows], Iterator[Check]]
-Change = Callable[[Rows], Rows]
+# The columns of a file in our conventions, which may depend on the body: an engine's velocity is
+# that of the sphere's centre.
+Reader = Callable[[Parameters], Columns]
 
 
 class Hypothesis(NamedTuple):
@@ -58,7 +69,7 @@ class Hypothesis(NamedTuple):
 
     kind: Any
     text: str
-    change: Change
+    change: Callable[[Rows], Rows]
 
 
 @dataclass(frozen=True)
@@ -74,20 +85,20 @@ class FailedRows:
 
         It is infinite if another check fails, or no deciding check is made.
         """
-        rows = hypothesis.change(self.rows)
-        few = self._rest(rows.part(slice(0, FEW))) if len(rows.t) > FEW else 0.0
-        return self._rest(rows) if few <= ENGINES_REST else math.inf
+        few = self._rest(hypothesis.change(self.rows.part(slice(0, FEW))))
+        if few > ENGINES_REST or len(self.rows.t) <= FEW:
+            return few
+        return self._rest(hypothesis.change(self.rows))
 
     def _rest(self, rows: Rows) -> float:
         before, verdicts = {check.name: check for check in self.checks}, {}
         rest = 0.0
         for check in self.judge(rows):
-            verdicts[check.name] = check.verdict
-            failure = before[check.name]
-            if check.verdict == "fail" and failure.verdict != "fail":
-                return math.inf
+            verdicts[check.name], failure = check.verdict, before[check.name]
             if failure.verdict == "fail":
                 rest = max(rest, _part(check, failure))
+            elif check.verdict == "fail":
+                return math.inf
             if rest > ENGINES_REST:
                 return math.inf
         decided = any(all(verdicts.get(n) in ("pass", "fail") for n in names) for names in DECIDING)
@@ -103,26 +114,29 @@ def _part(after: Check, before: Check) -> float:
     return after.value / before.value if after.value else 0.0
 
 
-def explain(rows: Rows, checks: Sequence[Check], judge: Judge) -> list[Cause]:
+@numpy.errstate(all="ignore")
+def explain(
+    rows: Rows, checks: Sequence[Check], judge: Judge, read: Reader = lambda body: {}
+) -> list[Cause]:
     """Return the causes of the failures among ``checks``; [] if no hypothesis holds.
 
-    ``judge`` repeats the checks.
+    ``judge`` repeats the checks, ``read`` the file for another body.
     """
     failure = FailedRows(rows, checks, judge)
-    failed = {check.name for check in checks if check.verdict == "fail"}
+    failed = {check.name for check in checks if check.verdict == "fail"} - {"golden", "agreement"}
     opened = {check.name for check in checks if check.verdict == "open"}
-    failed -= {"golden", "agreement"}
     deciding = {name for names in DECIDING for name in names}
-    with numpy.errstate(all="ignore"):
-        if failed or opened & deciding:
-            convention = _best(failure, _conventions(rows))
-            if convention:
-                return [Cause(convention.kind, convention.text)]
-        # what no deciding check sees, no deciding check can confirm
-        if failed & deciding:
-            numbers = [each for each in _numbers(rows) if failure.rest(each) <= REST]
-            if numbers:
-                return [_together(numbers)]
+    # what no deciding check sees, no deciding check can confirm
+    numbers = _numbers(rows, read) if failed & deciding else iter(())
+    rests = [(failure.rest(number), number) for number in numbers]
+    equal = [number for rest, number in rests if rest <= REST]
+    if not any(rest <= NOTHING for rest, _ in rests) and (failed or opened & deciding):
+        convention = _best(failure, candidates(rows))
+        if convention is not None:
+            return [Cause(convention.kind, convention.text)]
+    if equal:
+        doubt = ": these rows cannot tell" if len(equal) > 1 else ""
+        return [Cause(equal[0].kind, ", or ".join(each.text for each in equal) + doubt)]
     if failed == {"start"}:
         return [Cause("start", next(c.note for c in checks if c.name == "start"))]
     too_few = [c for c in checks if c.name in opened and "too few digits" in c.note]
@@ -132,51 +146,48 @@ def explain(rows: Rows, checks: Sequence[Check], judge: Judge) -> list[Cause]:
     return []
 
 
-def _best(failure: FailedRows, hypotheses: Iterator[Hypothesis]) -> Hypothesis | None:
-    """Return the first hypothesis that leaves nothing, else the one that leaves least."""
+def _best(
+    failure: FailedRows, changes: Iterator[tuple[str, Callable[[Rows], Rows]]]
+) -> Hypothesis | None:
+    """Return the first convention that leaves nothing, else the one that leaves least."""
     best, least = None, ENGINES_REST
-    for hypothesis in hypotheses:
+    for text, change in changes:
+        hypothesis = Hypothesis("convention", text, change)
         rest = failure.rest(hypothesis)
-        if rest <= NOTHING:
-            return hypothesis
         if rest < least:
             best, least = hypothesis, rest
+        if rest <= NOTHING:
+            break
     return best
-
-
-def _together(hypotheses: Sequence[Hypothesis]) -> Cause:
-    """Return the cause that is one of several; the clock alone has its own kind."""
-    texts = [hypothesis.text for hypothesis in hypotheses]
-    doubt = ": these rows cannot tell" if len(texts) > 1 else ""
-    return Cause(hypotheses[0].kind, ", or ".join(texts) + doubt)
-
-
-def _conventions(rows: Rows) -> Iterator[Hypothesis]:
-    for text, change in candidates(rows):
-        yield Hypothesis("convention", text, change)
 
 
 # ---- one number of the body, or the clock ------------------------------------------------------
 
 
-def _numbers(rows: Rows) -> Iterator[Hypothesis]:
-    """Fit each number of the body, and the rate of the clock, to the leading rows."""
+def _numbers(rows: Rows, read: Reader) -> Iterator[Hypothesis]:
+    """Fit the numbers of the body, and the rate of the clock, to the leading rows.
+
+    Only those are fitted to whose derivatives the residuals are nearly parallel.
+    """
     few = rows.part(slice(0, FEW))
     if len(few.t) < 10 or not few.has_velocity:
         return
     own = has_force(few)
-    before = _residuals(few, own)
-    slopes = {name: (_residuals(with_change(few, name, STEP), own) - before) / STEP
-              for name in names_of(rows, own)}  # fmt: skip
+    inner = slice(0, len(few.t) - 1) if own else slice(EDGE, len(few.t) - 1 - EDGE)
 
-    def cosine(name: str) -> float:
-        return abs(float(before @ slopes[name])) / (float(norm(slopes[name])) or 1.0)
+    def residuals(name: str, p: float) -> Array:
+        return _residuals(with_change(few, name, p, read), own)[:, inner].ravel()
 
-    for name in sorted(slopes, key=cosine, reverse=True)[:MOST_FITTED]:
-        p = _fit(few, name, own, before, slopes[name])
-        if STEP / 10 < abs(p) < LARGEST:
-            kind = "clock" if name == "clock" else "parameter"
-            yield Hypothesis(kind, _in_words(name, p), partial(with_change, name=name, p=p))
+    before = _residuals(rows, own)[:, inner].ravel()
+    for name, slope in _slopes(few, own, read).items():
+        derivative = slope[:, inner].ravel()
+        length = float(norm(derivative) * norm(before)) or 1.0
+        if abs(float(before @ derivative)) > PARALLEL * length:
+            p = _fit(partial(residuals, name), before, derivative)
+            if SMALLEST < abs(p) < LARGEST:
+                kind = "clock" if name == "clock" else "parameter"
+                change = partial(with_change, name=name, p=p, read=read)
+                yield Hypothesis(kind, _in_words(name, p), change)
 
 
 def names_of(rows: Rows, own: bool) -> list[str]:
@@ -185,28 +196,62 @@ def names_of(rows: Rows, own: bool) -> list[str]:
     return [name for name in (*BODY, "clock") if name != "mu" or (friction and rows.body.mu)]
 
 
-def with_change(rows: Rows, name: str, p: float) -> Rows:
+def with_change(rows: Rows, name: str, p: float, read: Reader = lambda body: {}) -> Rows:
     """Return the rows of a body whose number, or of a clock whose rate, is larger by the part p."""
     if name == "clock":
         return rows.changed({"t": rows.columns["t"] * (1 + p)})
-    value = (1 + p) * getattr(rows.body, name)
-    return rows.changed(body=replace(rows.body, **{name: value}))
+    body = replace(rows.body, **{name: (1 + p) * getattr(rows.body, name)})
+    columns = {column: values[: len(rows.t)] for column, values in read(body).items()}
+    return rows.changed(columns, body=body)
 
 
 def _residuals(rows: Rows, own: bool) -> Array:
-    """Return the residuals of all intervals, relative to their sizes, as one vector."""
+    """Return the residuals (components, intervals), relative to their sizes."""
     if own:
         values = by_law(rows).state
     else:
-        steps = by_any_force(rows)
+        steps, unit = by_any_force(rows), torque_unit(rows.assumed.scene.body.numbers(float))
         rise = rows.contact_velocity[2:, 1:] / rows.units["v"]
-        unit = torque_unit(rows.assumed.scene.body.numbers(float))
         values = numpy.concatenate((steps.rotation, steps.momentum / unit, rise))
-        values = values[:, 4:-4]  # polynomials with rows on one side are less precise
-    return numpy.nan_to_num(values, posinf=0.0, neginf=0.0).ravel()
+    assert values is not None
+    return numpy.nan_to_num(values, posinf=0.0, neginf=0.0)
 
 
-def _fit(rows: Rows, name: str, own: bool, before: Array, slope: Array) -> float:
+def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
+    """Return the derivatives of the residuals with respect to the relative change of each number.
+
+    Under one smooth law all bodies share one flow: their numbers are constants of its motion.
+    """
+    changed = {name: with_change(rows, name, STEP, read) for name in names_of(rows, own)}
+    if not (own and rows.assumed.smooth):
+        before = _residuals(rows, own)
+        return {name: (_residuals(there, own) - before) / STEP for name, there in changed.items()}
+    every, law = [rows, *changed.values()], law_of(rows)
+    bodies = [[getattr(each.body, name) for name in BODY] for each in every]
+    start = numpy.concatenate([flow_state(each.motion)[:, :-1] for each in every], axis=1)
+    count = len(start)
+    start = numpy.vstack((start, numpy.repeat(numpy.transpose(bodies), len(rows.t) - 1, axis=1)))
+
+    def rates(y: Array) -> Array:
+        body = replace(rows.body, **dict(zip(BODY, y[count:], strict=True)))
+        derivative = replace(law, body=body).rates(rows.assumed.scene.model)
+        return numpy.vstack((derivative(y[:count]), 0 * y[count:]))
+
+    spans = numpy.concatenate([numpy.diff(each.t) for each in every])
+    sizes = numpy.append(flow_sizes(rows), numpy.ones(len(BODY)))
+    turn = rows.units["L"] / min(rows.body.I1, rows.body.I3) * float(spans.max())
+    halvings = math.ceil(math.log2(max(turn / TURN, 1.0)))
+    end = propagate(rates, start, spans, sizes, FLOW_ERROR, turn=turn, halvings=halvings)
+    before, *after = (
+        compared_components(each, each.state)[:, 1:] - compared_components(each, law_of(each).vectors(there))
+        for each, there in zip(
+            every, numpy.split(end.state[:count], len(every), axis=1), strict=True
+        )
+    )
+    return {name: (there - before) / STEP for name, there in zip(changed, after, strict=True)}
+
+
+def _fit(residuals: Callable[[float], Array], before: Array, slope: Array) -> float:
     """Return the change of a number that makes the residuals least, by Gauss and Newton.
 
     The derivative ``slope`` stays that of no change: residuals are nearly linear. 0 if no number is
@@ -218,8 +263,8 @@ def _fit(rows: Rows, name: str, own: bool, before: Array, slope: Array) -> float
         if not abs(p + change) < LARGEST:
             return 0.0
         p += change
-        after = _residuals(with_change(rows, name, p), own)
-        if abs(change) < 1e-3 * STEP or float(norm(after)) > 0.9 * float(norm(here)):
+        after = residuals(p)
+        if abs(change) < 1e-3 * SMALLEST or float(norm(after)) > 0.9 * float(norm(here)):
             break
         here = after
     return p
@@ -235,7 +280,9 @@ def _in_words(name: str, p: float) -> str:
 # ---- the power of a pass -----------------------------------------------------------------------
 
 
-def power(rows: Rows, limits: Mapping[str, float] = DEFAULT_LIMITS) -> dict[str, float]:
+def power(
+    rows: Rows, limits: Mapping[str, float] = DEFAULT_LIMITS, read: Reader = lambda body: {}
+) -> dict[str, float]:
     """Return the relative change of each number from which on a deciding check would fail.
 
     The residuals of the leading rows are linear in a small change; the smallest change whose sum
@@ -246,36 +293,22 @@ def power(rows: Rows, limits: Mapping[str, float] = DEFAULT_LIMITS) -> dict[str,
     resolvable = rows.assumed.smooth if own else few.assumed.columns.azimuth
     if not resolvable or not few.has_velocity or len(few.t) < 10:
         return {}
+    t, steps, unit = few.t[1:], by_law(few) if own else by_any_force(few), torque_unit(few.body)
+    written = (2 + few.spin_rate * t) * (few.rounding + few.time_rounding)
+    deciding: list[tuple[slice, Array, Any]]
+    if steps.state is not None:
+        bound = steps.bounds["state"]
+        deciding = [(slice(i, i + 1), bound, limits["equations"]) for i in range(len(steps.state))]
+    else:
+        mean = limits["contact_momentum"] / MEAN_COUNTS * t
+        mean[:MEAN_OVER] = numpy.inf
+        deciding = [(slice(0, 3), steps.bounds["rotation"], limits["kinematics"]),
+                    (slice(3, 6), steps.bounds["momentum"] / unit, mean)]  # fmt: skip
     sizes: dict[str, float] = {}
-    here = by_law(few) if own else by_any_force(few)
-    for name in names_of(rows, own):
-        changed = with_change(few, name, STEP)
-        there = by_law(changed) if own else by_any_force(changed)
-        least = math.inf
-        for before, after, bound, limit in _deciding(few, here, there, limits):
-            slopes, error = sums_since_start((after - before) / STEP, bound)
-            written = (2 + few.spin_rate * few.t[1:]) * (few.rounding + few.time_rounding)
-            hidden = error + limit + written
-            ratios = hidden / numpy.maximum(slopes, TINY)
-            least = min(least, float(ratios.min()))
-        if least < LARGEST:
-            sizes[name] = least
+    for name, slope in _slopes(few, own, read).items():
+        for part, bound, limit in deciding:
+            sums, error = sums_since_start(slope[part], bound)
+            least = float(((error + limit + written) / numpy.maximum(sums, TINY)).min())
+            if least < sizes.get(name, LARGEST):
+                sizes[name] = least
     return sizes
-
-
-def _deciding(
-    rows: Rows, here: StepResiduals, there: StepResiduals, limits: Mapping[str, float]
-) -> Iterator[tuple[Array, Array, Array, Array]]:
-    """Return residuals before and after a change, their bounds, and the limits of their sums."""
-    t = rows.t[1:]
-    bounds = {name: numpy.maximum(bound, there.bounds[name]) for name, bound in here.bounds.items()}
-    if len(here.state):
-        limit = limits["equations"] + 0 * t
-        for before, after in zip(here.state, there.state, strict=True):
-            yield before[None], after[None], bounds["state"], limit
-        return
-    yield here.rotation, there.rotation, bounds["rotation"], limits["kinematics"] + 0 * t
-    unit = torque_unit(rows.body)
-    limit = limits["contact_momentum"] / MEAN_COUNTS * unit * t
-    limit[:MEAN_OVER] = numpy.inf
-    yield here.momentum, there.momentum, bounds["momentum"], limit

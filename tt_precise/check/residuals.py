@@ -192,7 +192,7 @@ def _flow_residuals(whole: Rows, rows: Rows) -> tuple[Array, Array]:
     if not whole.assumed.columns.azimuth:
         rotation = _inclination(k[:, 1:], k[2, 1:] - k_there[2])
         bounds[0] = _inclination(k[:, 1:], bounds[0])[0]
-    components = _components(whole, rows.state)[:, 1:] - _components(whole, state)
+    components = compared_components(whole, rows.state)[:, 1:] - compared_components(whole, state)
     return numpy.vstack((rotation, position, momentum, energy, least, components)), bounds
 
 
@@ -202,7 +202,7 @@ def _inclination(k: Array, change: Array) -> Array:
     return numpy.array([change / tilt, 0 * change, 0 * change])
 
 
-def _components(rows: Rows, state: NewtonState | LiftedState) -> Array:
+def compared_components(rows: Rows, state: NewtonState | LiftedState) -> Array:
     """Return the compared components of states, over their sizes.
 
     Without the azimuth these are functions that a rotation about the vertical leaves unchanged.

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy
 
+from tt_precise.check import causes
 from tt_precise.check.checks import (
     DEFAULT_LIMITS,
     chosen_limits,
     finite,
     judge,
 )
-from tt_precise.check.columns import QUATERNION, TRACK, choose_set, require_whole
+from tt_precise.check.columns import QUATERNION, TRACK, Columns, choose_set, require_whole
 from tt_precise.check.conventions import OURS, convention_of, convert, engine_table
 from tt_precise.check.result import Result
 from tt_precise.check.rows import Assumptions, Rows
@@ -26,6 +27,7 @@ from tt_precise.check.sources import FileRows, open_table, read_rows
 from tt_precise.golden.solution import TrueSolution
 from tt_precise.golden.store import Folder
 from tt_precise.mechanics.digits import MOST_GOLDEN
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.terminal import Progress, one_line, silent
 from tt_precise.runtime.values import Check, InputError, listed, require_name
 from tt_precise.scene.scene import Scene, load_scene
@@ -122,13 +124,16 @@ def conservation(
             require_whole(table.names, column_set.height, "height and its rate", table.where)
         file_rows = read_rows(table, cutoff)
         rows = Rows.of(Assumptions(scene, column_set, friction, start), file_rows.columns)
-        if convention != OURS:
-            if column_set.name != "rigid body":
-                raise InputError(
-                    f"{table.where}: got {column_set.name} columns, expected those of a rigid body "
-                    "with another world or axis"
-                )
-            rows = rows.changed(convert(rows.columns, convention, rows.body))
+        if convention != OURS and column_set.name != "rigid body":
+            raise InputError(
+                f"{table.where}: got {column_set.name} columns, expected those of a rigid body "
+                "with another world or axis"
+            )
+
+        def read(body: Parameters) -> Columns:
+            return {} if convention == OURS else convert(file_rows.columns, convention, body)
+
+        rows = rows.changed(read(rows.body))
         solution = TrueSolution(scene, folder, progress)
         texts = table.texts if convention == OURS else None
         result = Result(
@@ -144,7 +149,7 @@ def conservation(
             result, checks=tuple(checks), unseen=_unseen(checks, rows.assumed, allow),
             written=f"some {-math.log10(rows.rounding):.0f} digits" if rows.rounding > FULL else "",
         )  # fmt: skip
-        return _explained(result, rows, chosen, solution)
+        return _explained(result, rows, chosen, solution, read)
 
 
 # assertions accept the options of ``conservation``; the command calls it by this name
@@ -200,32 +205,33 @@ def _unseen(checks: Sequence[Check], assumed: Assumptions, allow: Sequence[str])
 
 
 def _explained(
-    result: Result, rows: Rows, limits: Mapping[str, float], solution: TrueSolution
+    result: Result,
+    rows: Rows,
+    limits: Mapping[str, float],
+    solution: TrueSolution,
+    read: causes.Reader,
 ) -> Result:
     """Return a result with the causes of its failures, or with what a pass would have seen.
 
     An open check of the attitude fails where another convention resolves it.
     """
     if not result.unseen and {check.name for check in result.failures} <= {"finite"}:
-        from tt_precise.check.causes import power
-
-        return replace(result, would_have_seen=power(rows, limits))
-    from tt_precise.check.causes import explain  # a file that passes needs none
+        return replace(result, would_have_seen=causes.power(rows, limits, read))
 
     def repeat(other: Rows) -> Iterator[Check]:
         if not result["start"].holds:
             yield find_start(other, result.t_first, solution).check
         yield from judge(other, limits)
 
-    causes, checks = explain(rows, result.checks, repeat), list(result.checks)
-    for cause in causes:
+    found, checks = causes.explain(rows, result.checks, repeat, read), list(result.checks)
+    for cause in found:
         attitude = result["kinematics"]
         if cause.kind == "convention" and attitude.verdict == "open":
             checks[checks.index(attitude)] = replace(
                 attitude, verdict="fail", value=None, at=None, since=0.0, curve=None,
                 note=f"the rows follow from each other if {cause.text}",
             )  # fmt: skip
-    return replace(result, checks=tuple(checks), causes=tuple(causes))
+    return replace(result, checks=tuple(checks), causes=tuple(found))
 
 
 def assert_conserves(
