@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy
 from msgspec import to_builtins
 
+from tt_precise.runtime.files import as_html
 from tt_precise.runtime.plotting import BLACK, CYCLE, new_figure, save, styled
 from tt_precise.runtime.records import UNSET, Record, Unset, means
 from tt_precise.runtime.terminal import one_line
@@ -27,9 +28,7 @@ WIDTH = 100
 HEADINGS = ("check", "verdict", "worst", "limit", "at t/s", "note")
 SIGNS = {"at most": "<=", "above": ">", "at least": ">="}
 MARKS = {"pass": "✅ pass", "fail": "❌ **fail**", "open": "❓ **open**", "skipped": "➖ skipped"}
-# A plot draws values below the first part of the limit linearly, and values above the second
-# multiple of it, or infinite ones, at that multiple.
-LEAST, HIGHEST = 1e-12, 1e12
+LEAST, HIGHEST = 1e-12, 1e12  # A plot is linear below the first part of a limit; the largest ratio.
 NOT_EXPLAINED = "not explained"
 OTHER_FORCE = "; --friction other checks what holds for every contact force"
 FEW_DIGITS = 3.0  # Fewer digits of the solution are printed over time.
@@ -199,140 +198,112 @@ class Result:
         if self.t_first:
             length = self.t_last - self.t_first
             span = f"{length:.6g} s; times count from the first row, t = {self.t_first:.12g} s"
-        return f"{self.trajectory}: {words} ({self.scene}, {self.rows} rows, {span})"
+        return one_line(f"{self.trajectory}: {words} ({self.scene}, {self.rows} rows, {span})")
 
     def _unseen_in_words(self) -> str:
         return f"could not check {', nor '.join(self.unseen)}"
 
-    def remarks(self) -> list[tuple[str, str]]:
-        """The causes, the digits of the solution, the power and the precision, each by its name."""
+    def remarks(self) -> list[str]:
+        """The causes, the digits of the solution, the power and the precision, a line each."""
         causes = [cause.text for cause in self.causes]
         # a number that is not finite is named by its check
         failed = {check.name for check in self.failures} - {"finite"}
         if not causes and self.rows and failed:
             causes = [NOT_EXPLAINED + (OTHER_FORCE if "equations" in failed else "")]
-        remarks = [("cause", text) for text in causes]
+        remarks = [f"cause: {text}" for text in causes]
         for check in self.checks:
             if check.name == "golden" and check.value is not None:
                 few = check.value < FEW_DIGITS and check.history
                 over_time = f": {check.history}" if few else ""
-                remarks.append(("solution", f"{check.value:.1f} digits{over_time}"))
+                remarks.append(f"solution: {check.value:.1f} digits{over_time}")
         if self.passed and self.would_have_seen:
             sizes = (f"{name} {100 * size:.1g} %" for name, size in self.would_have_seen.items())
-            remarks.append(("would have seen", ", ".join(sizes)))
-        return remarks + [("written", text) for text in [self.written] if text]
+            remarks.append(f"would have seen: {', '.join(sizes)}")
+        remarks += [f"written: {self.written}"] if self.written else []
+        return [one_line(remark) for remark in remarks]
 
     def summary(self) -> list[str]:
         """Return the heading, and a line for each failure, its cause, and the digits."""
-        remarks = [f"{name}: {text}" for name, text in self.remarks()]
-        lines = [self.heading, *(check.sentence() for check in self.failures), *remarks]
-        return [one_line(text) for text in lines]
+        failures = [one_line(check.sentence()) for check in self.failures]
+        return [self.heading, *failures, *self.remarks()]
 
     def __str__(self) -> str:
-        """The verdict, each failure with its cause, the digits, and the names of other checks."""
-        lines = [one_line(self.heading)]
-        pairs = [(check.name, check.words()) for check in self.failures] + self.remarks()
-        width = max([10, *(len(check.name) for check in self.failures)])
+        """The summary in columns, and the names of the other checks."""
+        heading, *lines = self.summary()
+        pairs = [line.partition(": ")[::2] for line in lines]
+        width = max([10, *(len(name) for name, _ in pairs)])
+        screen = [heading]
         for name, text in pairs:
-            lines += textwrap.wrap(
-                f"  {name:<{width}} {one_line(text)}", WIDTH, subsequent_indent=" " * (width + 3),
-                break_long_words=False,
-            )  # fmt: skip
-        verdicts: tuple[Verdict, ...] = ("pass", "open", "skipped")
-        for verdict, heading in zip(verdicts, ("passed", "open", "skipped"), strict=True):
+            screen += _wrap(f"  {name:<{width}} {text}", width + 3)
+        for verdict, heading in (("pass", "passed"), ("open", "open"), ("skipped", "skipped")):
             names = [
                 f"{check.name} ({one_line(check.note)})" if verdict == "open" else check.name
-                for check in self._with(verdict)
+                for check in self.checks
+                if check.verdict == verdict
                 # digits that nobody required are reported, not passed
-                if check.name != "golden" or check.limit is not None or verdict != "pass"
+                and (check.name != "golden" or check.limit is not None or verdict != "pass")
             ]
-            lines += _wrap(f"{heading}: {', '.join(names) or 'none'}")
-        return "\n".join([*lines, "--verbose shows the table"])
+            screen += _wrap(f"{heading}: {', '.join(names) or 'none'}", 2)
+        return "\n".join([*screen, "--verbose shows the table"])
 
-    def __repr__(self) -> str:
-        """The first screen: a session prints a result as the command does."""
-        return str(self)
+    __repr__ = __str__  # a session prints a result as the command does
 
     def table(self) -> str:
         """The table of all checks for a terminal, with the remarks."""
-        done = [check for check in self.checks if check.value is not None]
-        rows = [HEADINGS, *map(_cells, done)]
+        rows = [HEADINGS, *map(_cells, self.checks)]
         widths = [max(len(row[i]) for row in rows) for i in range(5)]
-        margin = sum(widths) + 2 * len(widths)
-        lines = _wrap(one_line(self.heading))
+        lines = _wrap(self.heading, 2)
         for row in rows:
-            cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
-            notes = textwrap.wrap(row[5], max(24, WIDTH - margin)) or [""]
-            lines.append("  ".join([*cells, notes[0]]).rstrip())
-            lines += [" " * margin + note for note in notes[1:]]
-        for check in done:
+            cells = [cell.ljust(width) for cell, width in zip(row, (*widths, 0), strict=True)]
+            lines += _wrap("  ".join(cells).rstrip(), sum(widths) + 10)
+        for check in self.checks:
             if check.parts:
                 digits = "  ".join(f"{name} {value:.1f}" for name, value in check.parts.items())
-                lines += _wrap(f"{check.name}, correct digits of each column: {digits}")
-        for name, text in self.remarks():
-            lines += _wrap(f"{name}: {one_line(text)}")
-        reasons: dict[tuple[str, str], list[str]] = {}
-        for check in self.checks:
-            if check.value is None:
-                reasons.setdefault((check.verdict, check.note), []).append(check.name)
-        for (verdict, reason), names in reasons.items():
-            lines += _wrap(f"{verdict} {', '.join(names)}: {one_line(reason)}")
-        return "\n".join(lines)
+                lines += _wrap(f"{check.name}, correct digits of each column: {digits}", 2)
+        return "\n".join([*lines, *(line for each in self.remarks() for line in _wrap(each, 2))])
 
     def markdown(self) -> str:
         """The table in Markdown, for the summary of a CI job."""
-        lines = [f"### {_escape(one_line(self.heading))}", "", f"| {' | '.join(HEADINGS)} |",
+        lines = [f"### {_escape(self.heading)}", "", f"| {' | '.join(HEADINGS)} |",
                  "| --- | --- | ---: | ---: | ---: | --- |"]  # fmt: skip
         for check in self.checks:
             name, _, *rest = _cells(check)
             cells = (f"`{name}`", MARKS[check.verdict], *map(_escape, rest))
             lines.append(f"| {' | '.join(cells)} |")
-        remarks = [f"- {name}: {_escape(one_line(text))}" for name, text in self.remarks()]
-        return "\n".join([*lines, "", *remarks]) + "\n"
+        return "\n".join([*lines, "", *(f"- {_escape(each)}" for each in self.remarks()), ""])
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        import pandas
-
-        rows = pandas.DataFrame(map(_cells, self.checks), columns=list(HEADINGS))
-        return f"<p>{escape(one_line(self.heading))}</p>{rows.to_html(index=False)}"
+        return as_html(self.heading, map(_cells, self.checks), HEADINGS)
 
     def junit(self) -> str:
         """The results as JUnit XML: a test case for each check, and the text for a terminal."""
-        from xml.etree import ElementTree
+        from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
         checks: Sequence[Check] = self.checks
         if self.verdict == "incomplete":
             meaning, note = "every deciding check was made", self._unseen_in_words()
             checks = [*checks, Check("looked_at", "fail", note=note, meaning=meaning)]
-        open_or_skipped = ("skipped", "open")
-        counts = {
-            "tests": str(len(checks)),
-            "failures": str(sum(check.verdict == "fail" for check in checks)),
-            "errors": "0",
-            "skipped": str(sum(check.verdict in open_or_skipped for check in checks)),
-        }
-        remarks = [_printable(f"{name}: {text}") for name, text in self.remarks()]
-        classname = _printable(f"{self.scene}.{self.trajectory}")
-        suites = ElementTree.Element("testsuites", counts)
-        suite = ElementTree.SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
+        verdicts = [check.verdict for check in checks]
+        skipped = verdicts.count("open") + verdicts.count("skipped")
+        counts = {"tests": str(len(checks)), "failures": str(verdicts.count("fail")),
+                  "errors": "0", "skipped": str(skipped)}  # fmt: skip
+        suites = Element("testsuites", counts)
+        suite = SubElement(suites, "testsuite", {"name": "tt-precise check", **counts})
+        classname = one_line(f"{self.scene}.{self.trajectory}")
         for check in checks:
-            attributes = {"name": check.name, "classname": classname}
-            case = ElementTree.SubElement(suite, "testcase", attributes)
-            sentence = _printable(check.sentence())
-            if check.verdict in open_or_skipped:
-                message = _printable(f"{check.verdict}: {check.note}")
-                ElementTree.SubElement(case, "skipped", {"message": message})
+            case = SubElement(suite, "testcase", {"name": check.name, "classname": classname})
+            sentence = one_line(check.sentence())
+            if check.verdict == "pass":
+                SubElement(case, "system-out").text = sentence
             elif check.verdict == "fail":
-                failure = ElementTree.SubElement(case, "failure", {"message": sentence})
-                failure.text = "\n".join([check.meaning, *remarks])
+                failure = SubElement(case, "failure", {"message": sentence})
+                failure.text = "\n".join([check.meaning, *self.remarks()])
             else:
-                ElementTree.SubElement(case, "system-out").text = sentence
-        screen = "\n".join(map(_printable, str(self).splitlines()))
-        ElementTree.SubElement(suite, "system-out").text = screen
-        ElementTree.indent(suites)
-        return ElementTree.tostring(suites, "unicode", xml_declaration=True) + "\n"
+                message = one_line(f"{check.verdict}: {check.note}")
+                SubElement(case, "skipped", {"message": message})
+        SubElement(suite, "system-out").text = str(self)
+        indent(suites)
+        return tostring(suites, "unicode", xml_declaration=True) + "\n"
 
     @styled()
     def plot(self, path: str | Path | None = None) -> Figure:
@@ -358,11 +329,7 @@ class Result:
         axes.set_yscale("symlog", linthresh=LEAST, linscale=0.5)
         axes.set_ylim(bottom=-LEAST / 4)
         axes.axhline(1.0, color=BLACK, linewidth=2, label="limit")
-        since = [check.since for check in self.failures if check.since is not None]
-        if since:
-            axes.axvline(min(since), color=BLACK, linestyle="--", linewidth=0.8)
-        first = f"; dashed: t = {min(since):.6g} s, the first beyond a limit" if since else ""
-        axes.set_xlabel(f"t (s){first}")
+        axes.set_xlabel("t (s)")
         axes.set_ylabel("value/limit")
         axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
         axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
@@ -371,8 +338,8 @@ class Result:
         return figure
 
 
-def _wrap(text: str) -> list[str]:
-    return textwrap.wrap(text, WIDTH, subsequent_indent="  ")
+def _wrap(text: str, indent: int) -> list[str]:
+    return textwrap.wrap(text, WIDTH, subsequent_indent=" " * indent, break_long_words=False)
 
 
 def _cells(check: Check) -> tuple[str, ...]:
@@ -390,8 +357,3 @@ def _escape(text: str) -> str:
     for mark in "\\|`*_<>[]":
         text = text.replace(mark, "\\" + mark)
     return text
-
-
-def _printable(text: str) -> str:
-    """Return text without control characters: XML does not allow them, but file names do."""
-    return "".join(c if c.isprintable() else "?" for c in text)

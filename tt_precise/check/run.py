@@ -184,24 +184,19 @@ def _checks(
 
 def _unseen(checks: Sequence[Check], assumed: Assumptions, allow: Sequence[str]) -> tuple[str, ...]:
     """Return the deciding checks that were not made, in words."""
-    open_checks = {
-        check.name: f"{check.name}: {check.note}"
-        for check in checks
-        if check.verdict in ("open", "skipped") and check.name not in allow
-    }
-    unseen = []
+    deciding: dict[str, tuple[str, ...]]
+    deciding = {"the attitude": ("kinematics",), "the momentum": ("contact_momentum",)}
     if assumed.friction == "scene":
-        if {"equations", "golden"} <= {*open_checks}:
-            reasons = f"{open_checks['equations']}, {open_checks['golden']}"
-            unseen.append(f"the equations of motion ({reasons})")
-    else:
-        for name, what in (("kinematics", "the attitude"), ("contact_momentum", "the momentum")):
-            unseen += [f"{what} ({open_checks[name]})"] if name in open_checks else []
-    for check in checks:
-        what = {"start": "the start", "agreement": "all columns"}.get(check.name, "")
-        if what and check.verdict == "open" and check.name not in allow:
-            unseen.append(f"{what} ({check.note})")
-    return tuple(unseen)
+        deciding = {"the equations of motion": ("equations", "golden")}
+    deciding |= {"the start": ("start",), "all columns": ("agreement",)}
+    made = {check.name for check in checks if check.verdict in ("pass", "fail")} | {*allow}
+    made |= {"start"} if assumed.start == "other" else set()
+    notes = {check.name: f"{check.name}: {check.note}" for check in checks}
+    return tuple(
+        f"{what} ({', '.join(notes[name] for name in names)})"
+        for what, names in deciding.items()
+        if not made & {*names}
+    )
 
 
 def _explained(
