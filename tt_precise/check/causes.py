@@ -243,7 +243,8 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
     halvings = math.ceil(math.log2(max(turn / TURN, 1.0)))
     end = propagate(rates, start, spans, sizes, FLOW_ERROR, turn=turn, halvings=halvings)
     before, *after = (
-        compared_components(each, each.state)[:, 1:] - compared_components(each, law_of(each).vectors(there))
+        compared_components(each, each.state)[:, 1:]
+        - compared_components(each, law_of(each).vectors(there))
         for each, there in zip(
             every, numpy.split(end.state[:count], len(every), axis=1), strict=True
         )
