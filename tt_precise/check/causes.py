@@ -242,6 +242,7 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
     turn = rows.units["L"] / min(rows.body.I1, rows.body.I3) * float(spans.max())
     halvings = math.ceil(math.log2(max(turn / TURN, 1.0)))
     end = propagate(rates, start, spans, sizes, FLOW_ERROR, turn=turn, halvings=halvings)
+    resolved = (end.error <= FLOW_ERROR).reshape(len(every), -1).all(axis=0)
     before, *after = (
         compared_components(each, each.state)[:, 1:]
         - compared_components(each, law_of(each).vectors(there))
@@ -249,7 +250,8 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
             every, numpy.split(end.state[:count], len(every), axis=1), strict=True
         )
     )
-    return {name: (there - before) / STEP for name, there in zip(changed, after, strict=True)}
+    return {name: numpy.where(resolved, there - before, 0.0) / STEP
+            for name, there in zip(changed, after, strict=True)}  # fmt: skip
 
 
 def _fit(residuals: Callable[[float], Array], before: Array, slope: Array) -> float:
@@ -294,20 +296,19 @@ def power(
     resolvable = rows.assumed.smooth if own else few.assumed.columns.azimuth
     if not resolvable or not few.has_velocity or len(few.t) < 10:
         return {}
-    t, steps, unit = few.t[1:], by_law(few) if own else by_any_force(few), torque_unit(few.body)
+    t, unit = few.t[1:], torque_unit(few.body)
     written = (2 + few.spin_rate * t) * (few.rounding + few.time_rounding)
-    deciding: list[tuple[slice, Array, Any]]
-    if steps.state is not None:
-        bound = steps.bounds["state"]
-        deciding = [(slice(i, i + 1), bound, limits["equations"]) for i in range(len(steps.state))]
-    else:
-        mean = limits["contact_momentum"] / MEAN_COUNTS * t
+    deciding: list[tuple[slice, Array, Any]] = []
+    if not own:
+        steps, mean = by_any_force(few), limits["contact_momentum"] / MEAN_COUNTS * t
         mean[:MEAN_OVER] = numpy.inf
         deciding = [(slice(0, 3), steps.bounds["rotation"], limits["kinematics"]),
                     (slice(3, 6), steps.bounds["momentum"] / unit, mean)]  # fmt: skip
     sizes: dict[str, float] = {}
     for name, slope in _slopes(few, own, read).items():
-        for part, bound, limit in deciding:
+        # beside the limit of the equations the error of the flow is nothing
+        every = [(slice(i, i + 1), 0 * t, limits["equations"]) for i in range(len(slope))]
+        for part, bound, limit in deciding or every:
             sums, error = sums_since_start(slope[part], bound)
             least = float(((error + limit + written) / numpy.maximum(sums, TINY)).min())
             if least < sizes.get(name, LARGEST):
