@@ -58,7 +58,7 @@ DECIDING = (("equations",), ("kinematics", "contact_momentum"))
 TINY = 1e-300  # stands for a derivative of 0
 SHORT = 1e-9  # Relative rounding of a file above which its digits may be the cause.
 
-Judge = Callable[[Rows], Iterator[Check]]
+Judge, Change = Callable[[Rows], Iterator[Check]], Callable[[Rows], Rows]
 # The columns of a file in our conventions, which may depend on the body: an engine's velocity is
 # that of the sphere's centre.
 Reader = Callable[[Parameters], Columns]
@@ -69,7 +69,7 @@ class Hypothesis(NamedTuple):
 
     kind: Any
     text: str
-    change: Callable[[Rows], Rows]
+    change: Change
 
 
 @dataclass(frozen=True)
@@ -146,9 +146,7 @@ def explain(
     return []
 
 
-def _best(
-    failure: FailedRows, changes: Iterator[tuple[str, Callable[[Rows], Rows]]]
-) -> Hypothesis | None:
+def _best(failure: FailedRows, changes: Iterator[tuple[str, Change]]) -> Hypothesis | None:
     """Return the first convention that leaves nothing, else the one that leaves least."""
     best, least = None, ENGINES_REST
     for text, change in changes:

@@ -48,18 +48,11 @@ class CheckRecord(Record, frozen=True, kw_only=True):
     """The result of one check."""
 
     name: Annotated[str, means("name")]
-    verdict: Annotated[
-        Verdict,
-        means(
-            "open if the rows do not decide or a column is missing, skipped if it does not apply"
-        ),
-    ]
+    verdict: Annotated[Verdict, means("open if the rows do not decide, skipped if not applicable")]
     value: Annotated[float | None, means("the worst value of all rows; null if there is none")]
     limit: Annotated[float | None, means("limit of the value; null if it was not judged")]
     sense: Annotated[Sense, means("how value and limit compare")]
-    bound: Annotated[
-        float | None, means("largest error that would go unnoticed; null: none, or not finite")
-    ]
+    bound: Annotated[float | None, means("largest error that would go unnoticed; null: none")]
     at: Annotated[float | None, means("time of the worst value in s; null if there is none")]
     since: Annotated[float | None, means("first time in s beyond the limit; null if there is none")]
     reason: Annotated[str, means("reason for skipping, or a remark; may be empty")]
@@ -88,27 +81,20 @@ class Checked(Record, frozen=True, kw_only=True, tag_field="schema", tag="tt_pre
     trajectory: Annotated[str, means("the checked file or table")]
     scene: Annotated[str, means("name of the scene")]
     columns: Annotated[str, means("the columns")]
-    summary: Annotated[
-        list[str],
-        means("the verdict in words, each failure, its cause, and the digits of the solution"),
-    ]
+    summary: Annotated[list[str], means("the verdict, each failure, its cause, and the digits")]
     verdict: Annotated[
         Literal["pass", "fail", "incomplete"],
         means("fail if a check failed, incomplete if a deciding check was not made, else pass"),
     ]
     unseen: Annotated[list[str], means("the deciding checks that could not be made, in words")]
-    written: Annotated[
-        str, means("the digits of a file that has fewer of them than doubles; may be empty")
-    ]
+    written: Annotated[str, means("the digits of a file, if fewer than those of doubles")]
     causes: Annotated[list[Cause], means("explanations of the failures")]
     would_have_seen: Annotated[
         dict[str, float],
         means("the smallest relative change of each number that would have failed"),
     ]
     rows: Annotated[int, means("number of rows")]
-    t_first: Annotated[
-        float, means("time of the first row in the file, in s; others count from it")
-    ]
+    t_first: Annotated[float, means("time of the first row in s, from which others count")]
     t_last: Annotated[float, means("time of the last row in the file, in s")]
     checks: Annotated[list[CheckRecord], means("the checks")]
 
@@ -157,10 +143,7 @@ class Result:
     @property
     def failures(self) -> tuple[Check, ...]:
         """The failed checks."""
-        return self._with("fail")
-
-    def _with(self, verdict: Verdict) -> tuple[Check, ...]:
-        return tuple(check for check in self.checks if check.verdict == verdict)
+        return tuple(check for check in self.checks if check.verdict == "fail")
 
     def __getitem__(self, name: str) -> Check:
         for check in self.checks:
@@ -178,14 +161,9 @@ class Result:
 
     def as_dict(self) -> dict[str, Json]:
         """The JSON object of the command."""
-        same = {name: getattr(self, name) for name in (
-            "trajectory", "scene", "columns", "verdict", "written", "rows", "t_first", "t_last",
-        )}  # fmt: skip
-        document: dict[str, Json] = to_builtins(Checked(
-            **same, summary=self.summary(), unseen=list(self.unseen), causes=list(self.causes),
-            would_have_seen=dict(self.would_have_seen),
-            checks=[CheckRecord.of(check) for check in self.checks],
-        ))  # fmt: skip
+        values = {name: getattr(self, name) for name in Checked.__struct_fields__}
+        values |= {"summary": self.summary(), "checks": [*map(CheckRecord.of, self.checks)]}
+        document: dict[str, Json] = to_builtins(Checked(**values))
         return document
 
     @property
@@ -193,15 +171,12 @@ class Result:
         """The first line of every output: the verdict in words, the scene and the rows."""
         words = self.verdict.upper()
         if self.verdict == "incomplete":
-            words += f": {self._unseen_in_words()}"
+            words += f": could not check {', nor '.join(self.unseen)}"
         span = f"0 to {self.t_last:.6g} s"
         if self.t_first:
             length = self.t_last - self.t_first
             span = f"{length:.6g} s; times count from the first row, t = {self.t_first:.12g} s"
         return one_line(f"{self.trajectory}: {words} ({self.scene}, {self.rows} rows, {span})")
-
-    def _unseen_in_words(self) -> str:
-        return f"could not check {', nor '.join(self.unseen)}"
 
     def remarks(self) -> list[str]:
         """The causes, the digits of the solution, the power and the precision, a line each."""
@@ -281,7 +256,8 @@ class Result:
 
         checks: Sequence[Check] = self.checks
         if self.verdict == "incomplete":
-            meaning, note = "every deciding check was made", self._unseen_in_words()
+            note, meaning = ", nor ".join(self.unseen), "every deciding check was made"
+            note = f"could not check {note}"
             checks = [*checks, Check("looked_at", "fail", note=note, meaning=meaning)]
         verdicts = [check.verdict for check in checks]
         skipped = verdicts.count("open") + verdicts.count("skipped")
@@ -315,7 +291,7 @@ class Result:
         axes = figure.add_subplot()
         # black is the limit; further curves have the same colours in dashes and dots
         styles = itertools.product(("-", "-."), (colour for colour in CYCLE if colour != BLACK))
-        checks = (*self.failures, *self._with("pass"), *self._with("open"))
+        checks = sorted(self.checks, key=lambda check: check.verdict != "fail")
         drawn = [(check, check.limit, *check.curve) for check in checks
                  if check.curve and check.sense == "at most" and check.limit]  # fmt: skip
         for (check, limit, t, values), (line, colour) in zip(drawn, styles, strict=False):
@@ -329,8 +305,7 @@ class Result:
         axes.set_yscale("symlog", linthresh=LEAST, linscale=0.5)
         axes.set_ylim(bottom=-LEAST / 4)
         axes.axhline(1.0, color=BLACK, linewidth=2, label="limit")
-        axes.set_xlabel("t (s)")
-        axes.set_ylabel("value/limit")
+        axes.set(xlabel="t (s)", ylabel="value/limit")
         axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
         axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
         if path is not None:

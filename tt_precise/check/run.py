@@ -12,12 +12,7 @@ from typing import Any
 import numpy
 
 from tt_precise.check import causes
-from tt_precise.check.checks import (
-    DEFAULT_LIMITS,
-    chosen_limits,
-    finite,
-    judge,
-)
+from tt_precise.check.checks import DEFAULT_LIMITS, chosen_limits, finite, judge
 from tt_precise.check.columns import QUATERNION, TRACK, Columns, choose_set, require_whole
 from tt_precise.check.conventions import OURS, convention_of, convert, engine_table
 from tt_precise.check.result import Result
