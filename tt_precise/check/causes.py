@@ -58,7 +58,8 @@ DECIDING = (("equations",), ("kinematics", "contact_momentum"))
 TINY = 1e-300  # stands for a derivative of 0
 SHORT = 1e-9  # Relative rounding of a file above which its digits may be the cause.
 
-Judge, Change = Callable[[Rows], Iterator[Check]], Callable[[Rows], Rows]
+Judge = Callable[[Rows], Iterator[Check]]
+Change = Callable[[Rows], Rows]
 # The columns of a file in our conventions, which may depend on the body: an engine's velocity is
 # that of the sphere's centre.
 Reader = Callable[[Parameters], Columns]
@@ -125,7 +126,7 @@ def explain(
     failure = FailedRows(rows, checks, judge)
     failed = {check.name for check in checks if check.verdict == "fail"} - {"golden", "agreement"}
     opened = {check.name for check in checks if check.verdict == "open"}
-    deciding = {name for names in DECIDING for name in names}
+    deciding = {*DECIDING[0], *DECIDING[1]}
     # what no deciding check sees, no deciding check can confirm
     numbers = _numbers(rows, read) if failed & deciding else iter(())
     rests = [(failure.rest(number), number) for number in numbers]

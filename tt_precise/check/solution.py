@@ -40,7 +40,6 @@ MOST_IN_DOUBLE = 15.0  # required digits that differences of doubles can show
 MISSING_ROW, SHARE, EVEN = 1.5, 0.1, 1e-3
 Texts = Callable[[Sequence[str]], Mapping[str, Sequence[Any]]]
 
-
 # ---- the start ---------------------------------------------------------------------------------
 
 
@@ -95,7 +94,6 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
 
 
 # ---- columns that the state determines ---------------------------------------------------------
-
 
 # Columns that the direction of the axis decides, and columns that the velocity decides.
 HORIZONTAL = {f"{vector}{axis}" for vector in "kLvw" for axis in "xy"} | {"phi", "vcx", "vcy"}
