@@ -10,11 +10,12 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import EULER, VECTORS, Healthy, check, rows_of
+from tests.check.conftest import VECTORS, Healthy, check, rows_of
 from tests.conftest import more
 from tt_precise.check import causes
 from tt_precise.check.causes import FailedRows, Hypothesis, power, with_change
 from tt_precise.check.checks import DEFAULT_LIMITS, judge
+from tt_precise.check.rows import Rows
 from tt_precise.runtime.values import Check
 
 
@@ -62,29 +63,6 @@ def test_few_digits_are_named(healthy: Healthy) -> None:
 
 
 @pytest.mark.parametrize(
-    ("columns", "change", "text"),
-    [
-        (VECTORS, lambda f: f.assign(t=1e3 * f["t"]), "time is in ms"),
-        (EULER, lambda f: f.assign(theta=numpy.degrees(f["theta"])), "angles are in degrees"),
-        (
-            VECTORS,
-            lambda f: f.assign(kx=-f["kx"], ky=-f["ky"], kz=-f["kz"]),
-            "symmetry axis is -z",
-        ),
-    ],
-)
-def test_conventions_are_named(
-    healthy: Healthy,
-    columns: list[str],
-    change: Callable[[pandas.DataFrame], pandas.DataFrame],
-    text: str,
-) -> None:
-    (cause,) = named(change(healthy("reference", 201, 2)[columns]))
-    assert cause.startswith("convention: ")
-    assert text in cause
-
-
-@pytest.mark.parametrize(
     "change",
     [
         lambda f: f.assign(Lz=f["Lz"] * numpy.where(f["t"] > 1, 1.001, 1.0)),  # from 1 s on
@@ -101,37 +79,29 @@ def test_what_no_hypothesis_explains_has_no_cause(
     assert "not explained" in str(check(frame, "reference", start="other"))
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "rest"),
-    [
+def rest(rows: Rows, before: list[Check], after: list[Check]) -> float:
+    """Return the rest of a hypothesis that changes nothing, whose checks are ``after``."""
+    failure = FailedRows(rows, before, lambda rows: iter(after))
+    return failure.rest(Hypothesis("parameter", "", lambda rows: rows))
+
+
+def test_a_hypothesis_leaves_a_part_of_a_failure(healthy: Healthy) -> None:
+    rows = rows_of(healthy("reference", 51, 0.5)[VECTORS])
+    passed = [Check("equations", "pass", 0.0, 1e-6)]
+    for before, after, part in (
         (1.0, 0.0, 0.0),
         (2e-6, 5e-7, numpy.inf),  # passes, but leaves a quarter: another number may too
         (1.0, 0.02, 0.02),
         (1.0, numpy.nan, numpy.inf),
-    ],
-)
-def test_a_hypothesis_leaves_a_part_of_a_failure(
-    healthy: Healthy, before: float, after: float, rest: float
-) -> None:
-    rows = rows_of(healthy("reference", 51, 0.5)[VECTORS])
-    left = Check("equations", "pass" if after <= 1e-6 else "fail", after, 1e-6)
-    failure = FailedRows(
-        rows, [Check("equations", "fail", before, 1e-6)], lambda rows: iter([left])
-    )
-    assert failure.rest(Hypothesis("parameter", "", lambda rows: rows)) == rest
-    # a check that passed before must not fail
-    failure = FailedRows(rows, [Check("equations", "pass", 0.0, 1e-6)], lambda rows: iter([left]))
-    assert (failure.rest(Hypothesis("parameter", "", lambda rows: rows)) < 1) == (after <= 1e-6)
-
-
-def test_a_hypothesis_without_a_deciding_check_explains_nothing(healthy: Healthy) -> None:
-    rows = rows_of(healthy("reference", 51, 0.5)[VECTORS])
-    before = [Check("jellett", "fail", 1.0, 1e-6), Check("equations", "open")]
-    after = [Check("jellett", "pass", 0.0, 1e-6), Check("equations", "open")]
-    failure = FailedRows(rows, before, lambda rows: iter(after))
-    assert failure.rest(Hypothesis("parameter", "", lambda rows: rows)) == numpy.inf
-    after[1] = Check("equations", "pass")
-    assert failure.rest(Hypothesis("parameter", "", lambda rows: rows)) == 0.0
+    ):
+        left = [Check("equations", "pass" if after <= 1e-6 else "fail", after, 1e-6)]
+        assert rest(rows, [Check("equations", "fail", before, 1e-6)], left) == part
+        # a check that passed before must not fail
+        assert (rest(rows, passed, left) < 1) == (after <= 1e-6)
+    # without a deciding check nothing is explained
+    before_, open_ = Check("jellett", "fail", 1.0, 1e-6), Check("equations", "open")
+    for after_, part in ((open_, numpy.inf), (passed[0], 0.0)):
+        assert rest(rows, [before_, open_], [Check("jellett", "pass", 0.0, 1e-6), after_]) == part
 
 
 def test_of_conventions_the_one_that_leaves_nothing_is_named(healthy: Healthy) -> None:

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy
-import pyarrow
-import pyarrow.csv
+import pandas
 import pytest
 
 from tests.check.conftest import VECTORS
@@ -40,8 +39,6 @@ def test_exit_status_and_json(written: Path, printed: Printed) -> None:
     [
         ("--limit jellett=x", "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
         ("--limit jellett=1e-6 --limit jellett=1e-3", "--limit: got 'jellett=1e-3', "),
-        ("--limit 1e-9 --limit 1e-6", "expected NAME=VALUE or VALUE, each once"),
-        ("--limit =1e-6", "--limit: got '=1e-6', expected NAME=VALUE or VALUE"),
         ("--limit jelett=1", "limit: got 'jelett', expected one of: time, jellett"),
         ("--columns a=b", "--columns: got 'b', expected one of ours"),
         ("--scene nonsense", "scene: got 'nonsense'"),
@@ -120,23 +117,15 @@ def test_nothing_heavy_is_imported(written: Path) -> None:
 
 @pytest.mark.slow
 def test_a_million_rows_take_less_than_a_gigabyte(tmp_path: Path) -> None:
-    # the exact solution of a scene without a spike, sampled densely: a series about each sample
-    # would do, but an upright spin is one in closed form, and costs the check just as much
-    scene = load_scene("upright")
-    body = scene.body.numbers(float)
-    spin = body.I3 * float(scene.start.omega_3)
+    # an upright spin is a closed form, with noise of one eps, so that numbers have all their digits
+    scene, rows, rng = load_scene("upright"), 1_000_000, numpy.random.default_rng(1)
+    spin = scene.body.numbers(float).I3 * float(scene.start.omega_3)
     state = NewtonState(0.0, 0.0, 1.0, 0.0, 0.0, spin, 0.0, 0.0)
-    assert not any(rates(body, state))
-    rows, block = 1_000_000, 200_000
+    assert not any(rates(scene.body.numbers(float), state))
+    noisy = [value + 1e-16 * rng.standard_normal(rows) for value in state]
     path = tmp_path / "million.csv"
-    schema = pyarrow.schema([(name, pyarrow.float64()) for name in VECTORS])
-    rng = numpy.random.default_rng(1)
-    with pyarrow.csv.CSVWriter(path, schema) as writer:
-        for first in range(0, rows, block):
-            t = numpy.arange(first, first + block) * 8e-6
-            # noise of one eps, so that every number has its seventeen digits
-            noise = [value + 1e-16 * rng.standard_normal(block) for value in state]
-            writer.write_batch(pyarrow.record_batch([t, *noise], schema=schema))
+    columns = dict(zip(VECTORS, [numpy.arange(rows) * 8e-6, *noisy], strict=True))
+    pandas.DataFrame(columns).to_csv(path, index=False)
     # its own peak: what the system tells of a child includes that of the process it was split off
     code = (
         "import re, sys\nfrom tt_precise.cli import main\n"
