@@ -99,7 +99,9 @@ def test_renames_and_standard_input(written: Path, tmp_path: Path) -> None:
         cwd=tmp_path,
     )
     assert run.returncode == 0, run.stderr
-    assert "standard input: PASS (reference, 301 rows, 0 to 3 s)\n  solution        13." in run.stdout
+    assert (
+        "standard input: PASS (reference, 301 rows, 0 to 3 s)\n  solution        13." in run.stdout
+    )
 
 
 def test_nothing_heavy_is_imported(written: Path) -> None:
