@@ -39,6 +39,8 @@ def test_exit_status_and_json(written: Path, printed: Printed) -> None:
     [
         ("--limit jellett=x", "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
         ("--limit jellett=1e-6 --limit jellett=1e-3", "--limit: got 'jellett=1e-3', "),
+        ("--limit 1e-9 --limit 1e-6", "expected NAME=VALUE or VALUE, each once"),
+        ("--limit =1e-6", "--limit: got '=1e-6', expected NAME=VALUE or VALUE"),
         ("--limit jelett=1", "limit: got 'jelett', expected one of: time, jellett"),
         ("--columns a=b", "--columns: got 'b', expected one of ours"),
         ("--scene nonsense", "scene: got 'nonsense'"),

@@ -156,6 +156,7 @@ def test_the_plot_is_written(
     assert len(dots) == sum(one.name in curves for one in failing.failures)
     assert all(numpy.asarray(dot.get_ydata())[0] > 1 for dot in dots)
     assert min(float(numpy.asarray(dot.get_xdata())[0]) for dot in dots) == 4.0
+    assert "dashed: t = 4 s" in axes.get_xlabel()
     broken = replace(failing["jellett"], curve=(numpy.arange(2.0), numpy.array([0, numpy.inf])))
     lines = replace(failing, checks=(broken,)).plot().axes[0].lines
     assert numpy.isfinite(numpy.asarray(lines[0].get_ydata())).all()

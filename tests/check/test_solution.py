@@ -176,6 +176,13 @@ def test_digits_are_those_of_golden_compare(scene: str) -> None:
     assert found.parts == pytest.approx(dict(expected.digits.dropna()), abs=0.006)
 
 
+def test_exactly_the_digits_asked_for_are_enough(healthy: Healthy) -> None:
+    worst = golden(healthy()).value
+    for asked, verdict in ((worst, "pass"), (numpy.nextafter(worst, numpy.inf), "fail")):
+        found = golden(healthy(), digits=asked)
+        assert (found.value, found.verdict) == (worst, verdict)
+
+
 def test_other_bodies_and_names_are_integrated(healthy: Healthy) -> None:
     for scene in (MINE, tt.load_scene("reference").varied(mu="0.31")):
         found = golden(healthy(), scene)

@@ -212,7 +212,6 @@ def _residuals(rows: Rows, own: bool) -> Array:
         steps, unit = by_any_force(rows), torque_unit(rows.assumed.scene.body.numbers(float))
         rise = rows.contact_velocity[2:, 1:] / rows.units["v"]
         values = numpy.concatenate((steps.rotation, steps.momentum / unit, rise))
-    assert values is not None
     return numpy.nan_to_num(values, posinf=0.0, neginf=0.0)
 
 
