@@ -196,27 +196,23 @@ def test_digits_are_those_of_the_worst_component_beside_the_size_of_its_vector(
     assert times == pytest.approx(-numpy.log10([1e-9 / unit, 1e-9 / 8]))
 
 
-def levels(digits: int, lost: float = 1.0, most: float = 1e9) -> list[errors.Level]:
-    """The levels that are tried, by runs that lose ``lost`` digits, and have ``most`` at most."""
-    tried: list[errors.Level] = []
-
-    def run(level: errors.Level) -> Any:
-        tried.append(level)
-        reached = min(level.digits - lost, most)
-        return SimpleNamespace(status="complete", t_end=8.0, digits_throughout=reached)
-
-    scene = load_scene("reference")
-    if most < digits:
-        with pytest.raises(InputError, match=f"digits: got {digits}, but reference has {most}"):
-            errors.integrate_to_digits(digits, scene, run)
-    else:
-        errors.integrate_to_digits(digits, scene, run)
-    return tried
-
-
-def test_levels_of_the_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_levels_of_the_ladder(monkeypatch: pytest.MonkeyPatch, reference: Scene) -> None:
     """The first that mostly suffices; then what the estimate lacks is added."""
+    tried: list[errors.Level] = []
     monkeypatch.setattr(errors, "errors_of", lambda run: run)
+
+    def levels(digits: int, lost: float = 1.0, most: float = 1e9) -> list[errors.Level]:
+        """The levels that are tried, by runs that lose digits, and have ``most`` at most."""
+
+        def run(level: errors.Level) -> Any:
+            tried.append(level)
+            reached = min(level.digits - lost, most)
+            return SimpleNamespace(status="complete", t_end=8.0, digits_throughout=reached)
+
+        tried.clear()
+        errors.integrate_to_digits(digits, reference, run)
+        return tried
+
     first, second, third, *_ = errors.LADDER
     assert all(levels(n)[0].digits >= n + errors.LOSS for n in range(1, 60))
     assert [levels(n)[0].precision for n in (34, 60)] == ["triple-double", "mp"]
@@ -225,9 +221,10 @@ def test_levels_of_the_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
         (6, 1.0, [first]), (8, 2.5, [first, second]), (8, 6.0, [first, third]),
         (8, enough - 0.01, [first]), (8, enough + 0.01, [first, second]),
     ):  # fmt: skip
-        assert levels(digits, lost=lost) == expected
-    hopeless = [level.precision for level in levels(9, most=0.0)]
-    assert hopeless.count("mp") == 1  # a second cannot help
+        assert levels(digits, lost) == expected
+    with pytest.raises(InputError, match=r"digits: got 9, but reference has 0\.0"):
+        levels(9, most=0.0)
+    assert [level.precision for level in tried].count("mp") == 1  # a second cannot help
 
 
 @pytest.mark.parametrize("digits", [0, -3, 2.5, "12", True, float("nan")])

@@ -114,19 +114,18 @@ def courses(page: Path) -> list[dict[str, Any]]:
 def test_a_page_needs_no_network_and_has_the_motion(run: Trajectory, tmp_path: Path) -> None:
     page = run.animate(tmp_path / "top.html", end=0.25)
     assert "http" not in page.read_text("utf-8").replace("http://www.w3.org", "")
+    assert page._repr_html_().startswith("<iframe srcdoc=")
     (course,) = courses(page)
     times = [course["every"] * i for i in range(len(course["theta"]))]
     assert times[-1] == pytest.approx(0.25)
-    assert course["theta"] == pytest.approx(
-        list(run.frame("theta", times=times)["theta"]), abs=6e-5
-    )
+    theta = run.frame("theta", times=times)["theta"].to_list()
+    assert course["theta"] == pytest.approx(theta, abs=6e-5)
     # the sphere's centre is above the contact point: alpha k from the centre of mass
     assert course["x"][0] == pytest.approx(0.3 * numpy.sin(0.1), abs=1e-3)
-    assert page._repr_html_().startswith("<iframe srcdoc=")
     flown = integrate("flight")
     (course,) = courses(flown.animate(tmp_path / "flight.html"))
     heights = flown.frame("height", times=[0, flown.t_end])["height"] / 0.02
-    assert [course["lift"][0], course["lift"][-1]] == pytest.approx(list(heights), abs=1e-3)
+    assert course["lift"][:: len(course["lift"]) - 1] == pytest.approx(list(heights), abs=1e-3)
     assert max(course["lift"]) > 0.1
 
 
@@ -147,18 +146,12 @@ def test_two_tops_move_at_the_same_time_under_one_set_of_controls(
     assert text.rindex("</figure>") < text.index('class="controls"')
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "message"),
-    [
-        ("top.gif", {}, "expected a name that ends in .html"),
-        ("top.html", {"begin": 0.4, "end": 0.1}, "expected a span within 0 to 0.5 s"),
-        ("top.html", {"begin": numpy.nan}, "expected a span within 0 to 0.5 s"),
-        ("top.html", {"seconds": -1.0}, "got -1.0 s, expected a time above 0"),
-    ],
-)
-def test_other_files_and_spans_are_refused(
-    run: Trajectory, tmp_path: Path, name: str, options: dict[str, float], message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        run.animate(tmp_path / name, **options)  # type: ignore[arg-type]
+def test_other_files_and_spans_are_refused(run: Trajectory, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"expected a name that ends in \.html"):
+        run.animate(tmp_path / "top.gif")
+    for begin, end in ((0.4, 0.1), (numpy.nan, None), (0.0, 0.6)):
+        with pytest.raises(InputError, match=r"expected a span within 0 to 0.5 s"):
+            run.animate(tmp_path / "top.html", begin=begin, end=end)
+    with pytest.raises(InputError, match=r"got -1.0 s, expected a time above 0"):
+        run.animate(tmp_path / "top.html", seconds=-1.0)
     assert not list(tmp_path.iterdir())

@@ -42,16 +42,15 @@ SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 
 def finer(run: Solution) -> dict[str, Any]:
     """Return the changes for ``Solution.again`` that give the finer run."""
-    own, fn, tolerance = run.precision, run.precision.context, run.tolerance
-    if own.is_float and tolerance >= COARSE * own.eps:
+    own, fn, tolerance = run.precision, run.precision.context, run.tolerance / RATIO
+    if own.is_float and run.tolerance >= COARSE * own.eps:
         return {"tolerance": 0.0, "events": ()}
-    again = {"events": ()}
     names = () if refused_in_doubles(run.scene) else ("double-double", "triple-double")
     for precision in map(precision_named, names):
-        if full_tolerance(precision) <= tolerance / RATIO:
-            return {**again, "precision": precision, "tolerance": float(tolerance / RATIO)}
-    bits = math.ceil(1 - fn.log(tolerance / RATIO, 2))
-    return {**again, "precision": precision_named("mp", bits), "tolerance": 0.0}
+        if full_tolerance(precision) <= tolerance:
+            return {"precision": precision, "tolerance": float(tolerance), "events": ()}
+    precision = precision_named("mp", math.ceil(1 - fn.log(tolerance, 2)))
+    return {"precision": precision, "tolerance": 0.0, "events": ()}
 
 
 def errors_of(run: Solution) -> Errors:
@@ -154,13 +153,10 @@ class Pair(NamedTuple):
                 )
                 values |= {name: mine[name].astype(float) for name in others}
                 errors |= {name: abs((mine[name] - theirs[name]).astype(float)) for name in others}
-            bits = self.segment.setup.precision.bits
-            return values, {name: x + rounding(values[name], bits) for name, x in errors.items()}
-
-
-def rounding(values: Array, bits: int) -> Array:
-    """Return the roundings of the last of ``bits``, of a state and of a column."""
-    return (values != 0) * numpy.spacing(abs(values)) * 2.0 ** max(53 - bits, -1000)
+            ulp = 2.0 ** max(53 - self.segment.setup.precision.bits, -1000)  # in those of double
+            for name, x in values.items():
+                errors[name] = errors[name] + (x != 0) * numpy.spacing(abs(x)) * ulp
+            return values, errors
 
 
 def _summed(values: Array, numbers: Any) -> Array:

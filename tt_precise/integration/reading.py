@@ -6,7 +6,7 @@ precise enough; other runs are read in arrays of numbers with guard bits (``mpfr
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
@@ -157,17 +157,6 @@ def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
 # ---- events -------------------------------------------------------------------------------------
 
 
-def events_of(run: Solution) -> Iterator[tuple[Segment, Hits]]:
-    """Yield the events inside each segment, then the one that ends it, with the state before it."""
-    arrays: Any = run.precision.numbers
-    for segment in run.segments:
-        yield segment, segment.run.events.hits
-        if segment.ended:
-            name, direction = numpy.array([segment.ended], dtype=object), numpy.array([FALLING])
-            time, *state = (arrays.array([x]) for x in (segment.end_time, *segment.end_row))
-            yield segment, Hits(name, time, direction, tuple(state))
-
-
 def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
     """Columns of the events in order of time: name, t, direction, and the columns ``names``.
 
@@ -183,8 +172,13 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
     }
     with rounding_of(arrays):
         unit = arrays.number(run.start.units.time)
-        for segment, hits in events_of(run):
-            if len(hits):
+        for segment in run.segments:
+            parts = [segment.run.events.hits]
+            if segment.ended:
+                time, *state = (arrays.array([x]) for x in (segment.end_time, *segment.end_row))
+                ended = numpy.array([segment.ended], dtype=object)
+                parts.append(Hits(ended, time, numpy.array([FALLING]), tuple(state)))
+            for hits in filter(len, parts):
                 t = (hits.time + arrays.number(segment.begin)) * unit
                 rows = {"name": hits.name, "t": t, "direction": hits.direction}
                 rows |= segment.columns.of_arrays(names, hits.state, arrays)
