@@ -72,7 +72,6 @@ class Derivatives:
         self.run, self.names = run, tuple(names)
         for name in self.names:
             _value(run.scene, name)
-        self._pairs: dict[str, list[list[tuple[Solution, Fraction]]]] = {}
 
     def frame(self, *columns: str) -> Any:
         """Derivatives at the scene's samples: ``t``, and "d COLUMN/d NAME" (SI) for each name.
@@ -195,24 +194,23 @@ class Derivatives:
     def _changed(self, name: str, change: Fraction) -> Solution | None:
         """The run with a changed entry; None if the scene refuses the change."""
         try:
-            return solve(_scene_with(self.run.scene, name, change), self._fine)
+            scene = _scene_with(self.run.scene, name, change)
+            return self.run.once((scene, self._fine), lambda: solve(scene, self._fine))
         except InputError:
             return None
 
     def _sides(self, name: str) -> list[list[tuple[Solution, Fraction]]]:
         """The runs below and above, and their changes, from the largest change to the smallest."""
-        if name not in self._pairs:
-            scene, bits, pairs = self.run.scene, self._fine.precision.bits, []
-            beside = NEAR_A_POLE if scene.start.theta.offset < NEAR else POWERS
-            for power in AT_A_POLE if scene.start.theta.at_pole else beside:
-                size = (abs(_value(scene, name)) or 1) * Fraction(2) ** -round(bits * power)
-                runs = [(self._changed(name, change), change) for change in (-size, size)]
-                if not any(run for run, _ in runs):
-                    _scene_with(scene, name, size)  # says why
-                centre = self._centre, Fraction(0)
-                pairs.append([(run, change) if run else centre for run, change in runs])
-            self._pairs[name] = pairs
-        return self._pairs[name]
+        scene, bits, pairs = self.run.scene, self._fine.precision.bits, []
+        beside = NEAR_A_POLE if scene.start.theta.offset < NEAR else POWERS
+        for power in AT_A_POLE if scene.start.theta.at_pole else beside:
+            size = (abs(_value(scene, name)) or 1) * Fraction(2) ** -round(bits * power)
+            runs = [(self._changed(name, change), change) for change in (-size, size)]
+            if not any(run for run, _ in runs):
+                _scene_with(scene, name, size)  # says why
+            centre = self._centre, Fraction(0)
+            pairs.append([(run, change) if run else centre for run, change in runs])
+        return pairs
 
     def _slopes(self, name: str, values: Callable[[Solution], Values]) -> dict[str, Any]:
         """(derivative, error) of each of the ``values`` of a run, by the entry ``name``.

@@ -20,11 +20,7 @@ from tt_precise.integration.events import (
     event_named,
 )
 from tt_precise.integration.precision import Precision, precision_named
-from tt_precise.mechanics.formulations import (
-    Formulation,
-    contact_terms,
-    integration_form,
-)
+from tt_precise.mechanics.formulations import Formulation, contact_terms, integration_form
 from tt_precise.mechanics.quantities import Motion, Quantity, UserFunction
 from tt_precise.runtime.values import (
     Functions,
@@ -131,28 +127,25 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
     A function of the motion has an event with its name at each change of sign, a quantity one at
     each extremum.
 
-    Raises ``InputError``: ``events`` has another type.
+    Raises ``InputError``: one has another type, or a function the name of an event.
     """
     names = listed(events) if isinstance(events, str) else events
     chosen: list[Asked] = []
     for event in names if isinstance(names, Iterable) else [names]:
+        own = getattr(event, "__name__", "")
         if event == "all":
             chosen += catalogue(model)
         elif isinstance(event, (str, Event)):
             chosen.append(event)
-        elif getattr(event, "__name__", "") in (*EVENTS, *TERMINAL, *JOINING):
-            raise InputError(
-                f"events: got the function {event!r:.40}, expected another name: an event has it"
-            )
-        elif callable(event) and hasattr(event, "__name__"):
-            chosen.append(Event(event.__name__, UserFunction(event), "one's own", azimuth=True))
         elif isinstance(event, Quantity):
             name, meaning = EXTREMUM + event.name, f"extremum of {event.meaning}"
             chosen.append(Event(name, event.evaluate, meaning, of_rate=True, azimuth=True))
+        elif callable(event) and own and own not in (*EVENTS, *TERMINAL, *JOINING):
+            chosen.append(Event(own, UserFunction(event), "one's own", azimuth=True))
         else:
             raise InputError(
                 f"events: got {event!r:.60}, expected names, such as theta_max or all, functions "
-                "of the motion, or quantities of tt_precise.quantity"
+                "of the motion with other names, or quantities of tt_precise.quantity"
             )
     return distinct("events", chosen) if chosen else ()
 
@@ -229,8 +222,7 @@ def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContac
 def require_contact(name: str, start: InitialState, fn: Functions, contact: str) -> None:
     """Refuse a start, of the scene ``name``, that the model does not cover.
 
-    Raises ``InputError``: the top would not stay on the table at t = 0: g_n or its denominator is
-    not positive. With ``contact`` "bilateral" g_n may be negative.
+    Raises ``InputError``: the top would not stay on the table at t = 0.
     """
     status = ended_at_start(start, contact, fn)
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)

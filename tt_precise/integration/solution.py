@@ -36,16 +36,11 @@ Status = Literal[
 # A time later than t_end by this part of it is t_end: a t_end printed with 16 digits is inside.
 TIME_TOLERANCE = Fraction(1, 10**15)
 SLOW = ("quad", "mp")  # Precisions that take seconds to minutes, and show their progress.
-HEYOKA = "tt_precise.integration.heyoka_backend"
-SEVERAL_DOUBLES = "tt_precise.integration.multidouble_backend"
 MOST_STEPS = 10_000_000  # Taylor steps of a run, some minutes in double.
 
 
 def require_few_steps(steps: int, time: float, horizon: float) -> None:
-    """Refuse a run with too many steps.
-
-    Raises ``InputError``: there are more than ``MOST_STEPS``.
-    """
+    """Raise ``InputError`` for a run with more than ``MOST_STEPS``."""
     if steps > MOST_STEPS:
         raise InputError(
             f"until: got more than {MOST_STEPS} Taylor steps, which cover {time / horizon:.1g} of "
@@ -214,10 +209,9 @@ class Solution(Memory):
         return Columns(self.setup, self.start)
 
     @property
-    def status(self) -> Status:
-        """Status at the end."""
-        ended: Any = self.segments[-1].run.status
-        return ended
+    def status(self) -> str:
+        """The ``Status`` at the end."""
+        return self.segments[-1].run.status
 
     @property
     def steps(self) -> int:
@@ -270,7 +264,7 @@ class Solution(Memory):
         Raises ``InputError``: it lies outside the trajectory.
         """
         exact, end = as_fraction(t), as_fraction(self.end)
-        if exact < 0 or exact > end * (1 + TIME_TOLERANCE):
+        if not 0 <= exact <= end * (1 + TIME_TOLERANCE):
             raise InputError(
                 f"t: got {float(exact):.17g} s, expected 0 to {float(end):.16g} s, where the "
                 f"trajectory ends ({self.status}); it is never extrapolated"
@@ -298,8 +292,8 @@ def backends(scene: Scene) -> Iterator[Any]:
     They are modules with ``refuses(scene, setup)``, which gives a reason in one line, or None, and
     ``run(scene, setup, start, progress)``, which integrates the segments.
     """
-    pieces = [IN_PIECES] if scene.in_pieces else []
-    return map(import_module, [HEYOKA, *pieces, SEVERAL_DOUBLES])
+    here, pieces = "tt_precise.integration", [IN_PIECES] if scene.in_pieces else []
+    return map(import_module, [f"{here}.heyoka_backend", *pieces, f"{here}.multidouble_backend"])
 
 
 def solve(scene: Scene, setup: Setup, progress: Progress | None = None) -> Solution:
@@ -309,16 +303,15 @@ def solve(scene: Scene, setup: Setup, progress: Progress | None = None) -> Solut
     or no backend supports the set-up.
     """
     start = beginning(scene, setup.precision, setup.contact, threading.get_ident())
-    reason = None
     for backend in backends(scene):
         reason = backend.refuses(scene, setup)
-        if reason is None:
+        if not reason:
             silent = progress is not None or setup.precision.name not in SLOW
             title = f"{scene.name} in {setup.precision.name}"
             with nullcontext(progress) if silent else progress_bar(title) as report:
                 segments = backend.run(scene, setup, start, report)
             return Solution(scene, setup, start, tuple(segments))
-    raise InputError(reason or f"{scene.name}: got no backend")
+    raise InputError(reason)
 
 
 @lru_cache(maxsize=64)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy
 
-from tt_precise.integration.precision import LONG_DOUBLES, Hardware, functions_of
+from tt_precise.integration.precision import DOUBLES, LONG_DOUBLES, Hardware, functions_of
 from tt_precise.integration.setup import Setup
 from tt_precise.runtime.values import Array, ContinuousOutput, Scalar
 from tt_precise.scene.scene import InitialState
@@ -30,7 +30,6 @@ class Steps:
 
     ``begin`` and ``length`` are doubles. A position in a step is 0 at its beginning and 1 at its
     end; ``terms`` are double coefficients of its powers, axes (step, component, power).
-    ``evaluate(step, times, numbers)`` gives the components at times in an arithmetic of arrays.
     """
 
     begin: Array
@@ -114,8 +113,7 @@ def of_heyoka(output: ContinuousOutput, setup: Setup, start: InitialState) -> St
     """Return the steps of heyoka's continuous output.
 
     heyoka evaluates in a buffer that its next evaluation overwrites, so that one thread at a time
-    evaluates, at times that its type of number can represent; a Euler step moves the state to the
-    exact time, less than an ulp away.
+    evaluates, at times that its type of number can represent; ``shifted`` moves the state on.
     """
     precision, series, lock = setup.precision, output.tcs, threading.Lock()
     begin, span = output.times[:-1].astype(float), numpy.diff(output.times)
@@ -158,15 +156,13 @@ def shifted(
 ) -> list[Array]:
     """Return components moved by a ``delay`` of less than an ulp of time, by a Euler step.
 
-    Rounding the time costs up to t eps of the state at late times. Doubles are precise enough for
-    the rates of long doubles.
+    Rounding the time costs up to t eps of the state. For long doubles rates in double suffice.
     """
-    state, fn, number = row, functions_of(numbers), getattr(numbers, "number", float)
-    if isinstance(numbers, Hardware):
-        state, number = [x.astype(float) for x in row], float
-    body = start.once(("body", number), lambda: start.body.numbers(number))
+    near: Any = DOUBLES if isinstance(numbers, Hardware) else numbers
+    state = [x.astype(float) for x in row] if near is DOUBLES else row
+    body = start.once(("body", near), lambda: start.body.numbers(near.number))
     with numpy.errstate(all="ignore"):
-        rates = setup.layout.rates(body, state, fn)
+        rates = setup.layout.rates(body, state, functions_of(near))
         moved = [x + rate * delay for x, rate in zip(row, rates, strict=True)]
     # at a pole the rates of phi and psi are undefined
     return [numpy.where((y - y == 0).astype(bool), y, x) for x, y in zip(row, moved, strict=True)]

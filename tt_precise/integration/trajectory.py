@@ -11,7 +11,6 @@ import numpy
 
 from tt_precise.integration.columns import POSE, State, expanded
 from tt_precise.integration.errors import (
-    Errors,
     Level,
     errors_of,
     events_with_errors,
@@ -67,6 +66,7 @@ class Trajectory:
         self.pieces, self.t_end, self.sample_times = run.pieces, run.t_end, run.sample_times
         self.event_counts, self.touches = run.event_counts, run.events_with("touches")
         self.unresolved, self.tolerance = run.events_with("unresolved"), run.tolerance
+        self.errors = errors_of(run)
         self._names = listed(sensitivity)
         if self._names:
             from tt_precise.integration.derivatives import Derivatives
@@ -162,11 +162,6 @@ class Trajectory:
             times = tuple(map(as_fraction, times if several else [times]))
         columns = expanded(names or self.run.columns.names)
         return table_with_errors(self.run, columns, times, numbers)
-
-    @property
-    def errors(self) -> Errors:
-        """The errors of the run, estimated by a finer run."""
-        return errors_of(self.run)
 
     @property
     def error_estimate(self) -> dict[str, Scalar]:

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy
 
-from tt_precise.integration.equations import Equations, along
+from tt_precise.integration.equations import Equations
 from tt_precise.integration.events import Event
 from tt_precise.mechanics.formulations import Formulation
 from tt_precise.mechanics.quantities import QUANTITIES, Motion
@@ -251,7 +251,8 @@ def _compiled(form: Formulation, events: tuple[Event, ...]) -> Callable[..., Arr
     """Compile the values of the functions and their rates, from states."""
     equations = Equations.of(form)
     functions = [event.function(equations.motion) for event in events]
-    rates = [along(function, equations) for function in functions]
+    zero, system = heyoka.expression(0.0), equations.system
+    rates = [sum((heyoka.diff(f, x) * rate for x, rate in system), start=zero) for f in functions]
     return heyoka.cfunc([*functions, *rates], vars=list(equations.variables))
 
 
