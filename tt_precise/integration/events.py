@@ -165,8 +165,7 @@ def change(name: str, direction: int) -> str:
 
 def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:
     """Return the events of ``names`` that ``model`` can have."""
-    others = [name for name in EVENTS if name not in catalogue(model)]
-    return tuple(name for name in names if name not in others)
+    return tuple(name for name in names if name not in EVENTS or name in catalogue(model))
 
 
 def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:
