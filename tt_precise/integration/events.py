@@ -165,7 +165,8 @@ def change(name: str, direction: int) -> str:
 
 def existing(names: Iterable[Asked], model: str) -> tuple[Asked, ...]:
     """Return the events of ``names`` that ``model`` can have."""
-    return tuple(name for name in names if name not in EVENTS or name in catalogue(model))
+    others = [name for name in EVENTS if name not in catalogue(model)]
+    return tuple(name for name in names if name not in others)
 
 
 def event_named(name: Asked, model: str, law: Law = VISCOUS) -> Event:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from functools import cache, lru_cache, partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import Equations, longest_step
@@ -122,15 +123,13 @@ def propagate(
                 return shorter._replace(status="failed")
             row = start.first_row(setup.formulation, setup.record)
             return TaylorRun(setup, start).ended("failed", last, row, order)
-        ended = run.end(outcome)
+        run.losses += len(integrator.losses)
+        ended = run.ended(status_of(outcome, integrator.terminal), *run.end)
     if series:
         return ended
     end = ended.time if ended.status == "failed" else until
-
-    def steps() -> Steps:
-        return propagate(setup, start, until=end, series=True).series()
-
-    return ended._replace(series=steps, samples=run.samples)
+    again = partial(propagate, setup, start, until=end, series=True)
+    return ended._replace(series=lambda: again().series(), samples=run.samples)
 
 
 class _BlockwiseRun(TaylorRun):
@@ -145,9 +144,9 @@ class _BlockwiseRun(TaylorRun):
         progress: Progress | None, until: Scalar,
     ):  # fmt: skip
         super().__init__(setup, start, progress, until)
+        integrator.begin(setup, start)
         self.integrator, self.adaptive = integrator, integrator.adaptive
         self.samples: Array | None = None
-        self._begin()
         precision, order = setup.precision, self.adaptive.order
         longest = longest_step(start.body, start.vectors, order, precision, setup.phase)
         self.limits: dict[str, Any] = {"max_steps": precision.kind.steps}
@@ -156,29 +155,13 @@ class _BlockwiseRun(TaylorRun):
         if precision.kind.in_software:
             self.limits["callback"] = lambda adaptive: self.report(adaptive.time)
 
-    def _begin(self) -> None:
-        """Go to the start, at time zero, and forget earlier events."""
-        form, number, until = self.setup.formulation, self.setup.precision.number, self.start.until
-        for i, value in enumerate(self.start.first_row(form, self.setup.record)):
-            self.adaptive.state[i] = number(value)
-        horizon = [until] * self.setup.phase.has_clock
-        for i, value in enumerate((*self.start.parameters(form), *horizon)):
-            self.adaptive.pars[i] = number(value)
-        self.adaptive.time = number(until * 0)
-        self.adaptive.reset_cooldowns()
-        self.integrator.losses.clear()
-
-    def end(self, outcome: Any) -> Propagation:
-        """Return the run that ended with heyoka's ``outcome``."""
-        index, terminal = -1 - int(outcome), self.integrator.terminal
-        status = terminal[index] if 0 <= index < len(terminal) else "failed"
-        status = "complete" if outcome == outcomes().time_limit else status
-        self.losses += len(self.integrator.losses)
+    @property
+    def end(self) -> tuple[Scalar, Row, int]:
+        """The time, which a step to an event leaves between two numbers, the state, the order."""
         # one at a time: arrays of heyoka's reals leak memory
         state, widen = self.adaptive.state, self.setup.precision.with_guard_bits
         row = tuple(widen(state[i]) for i in range(len(state)))
-        # a step to an event leaves the time between two numbers
-        return self.ended(status, sum(map(widen, self.adaptive.dtime)), row, self.adaptive.order)
+        return sum(map(widen, self.adaptive.dtime)), row, self.adaptive.order
 
     def propagate(self, series: bool, samples: Array | None) -> Any:
         """Propagate to the goal and return heyoka's outcome.
@@ -223,14 +206,16 @@ class _BlockwiseRun(TaylorRun):
 
     def last_good_time(self) -> Scalar:
         """Return the beginning of the last step before the state becomes NaN."""
-        self._begin()
+        self.integrator.begin(self.setup, self.start)
         times, precision = [self.adaptive.time], self.setup.precision
+        horizon = precision.number(self.goal)
 
         def after_step(adaptive: Adaptive) -> bool:
-            times.append(adaptive.time)
+            if adaptive.time < horizon:  # so that a shorter run that fails again is shorter still
+                times.append(adaptive.time)
             return True
 
-        self.adaptive.propagate_until(precision.number(self.goal), callback=after_step)
+        self.adaptive.propagate_until(horizon, callback=after_step)
         return precision.with_guard_bits(times[-1])
 
 
@@ -240,7 +225,18 @@ def outcomes() -> Any:
     return import_heyoka().taylor_outcome
 
 
-class Integrator(NamedTuple):
+def status_of(outcome: Any, terminal: tuple[str, ...]) -> str:
+    """The status of a propagation that heyoka ended with ``outcome``."""
+    if outcome == outcomes().time_limit:
+        return "complete"
+    if outcome == outcomes().err_nf_state:
+        return "failed"
+    index = -1 - int(outcome)
+    return terminal[index] if 0 <= index < len(terminal) else "failed"
+
+
+@dataclass
+class Integrator:
     """A ``heyoka.taylor_adaptive``, and the events that end or switch a motion.
 
     ``losses`` has entries if g_n fell through 0 in a run that goes on there.
@@ -248,7 +244,19 @@ class Integrator(NamedTuple):
 
     adaptive: Adaptive
     terminal: tuple[str, ...]
-    losses: list[str]
+    losses: list[str] = field(default_factory=list)
+
+    def begin(self, setup: Setup, start: InitialState) -> None:
+        """Go to ``start``, at time zero, and forget earlier events."""
+        form, number = setup.formulation, setup.precision.number
+        for i, value in enumerate(start.first_row(form, setup.record)):
+            self.adaptive.state[i] = number(value)
+        horizon = (start.until,) if setup.phase.has_clock else ()
+        for i, value in enumerate((*start.parameters(form), *horizon)):
+            self.adaptive.pars[i] = number(value)
+        self.adaptive.time = number(setup.precision.context.mpf(0))
+        self.adaptive.reset_cooldowns()
+        self.losses[:] = []
 
 
 def build(setup: Setup) -> Integrator:
@@ -263,7 +271,7 @@ def build(setup: Setup) -> Integrator:
     if setup.contact == "bilateral":
 
         def lose(adaptive: Adaptive, time: Scalar, sign: int) -> None:
-            losses.append("contact_lost")
+            losses[:] = ["contact_lost"]
 
         function = terminal.pop("contact_lost")
         noted = [heyoka.nt_event(function, lose, direction=falling, fp_type=fp_type)]

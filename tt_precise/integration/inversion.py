@@ -20,7 +20,6 @@ top does not climb or the horizon ends too early, is None. A top that spins in t
 from __future__ import annotations
 
 import bisect
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -92,11 +91,6 @@ class InversionTimes:
         ends = ("t_init", "t_end")
         return {f"{end}_{d}": getattr(getattr(self, d), end) for d in "ABC" for end in ends}
 
-    @property
-    def all_times(self) -> dict[str, Scalar]:
-        """``times``, after the first crossing of theta = pi/2, ``equator``."""
-        return {"equator": self.equator, **self.times}
-
     def __repr__(self) -> str:
         if self.equator is None:
             return "<InversionTimes: theta = pi/2 is not passed>"
@@ -134,18 +128,21 @@ def from_events(events: Mapping[str, Array], pi: Scalar, mirrored: bool = False)
     # at a pole phi_dot is undefined, None in wide arithmetics: a number that has no sign
     phi_dot = numpy.array([math.nan if rate is None else rate for rate in phi_dot.tolist()])
     phi_dot = -phi_dot if mirrored else phi_dot
+
+    def times(kind: str) -> list[Scalar]:
+        return list(t[name == kind].tolist())
+
+    def turning_points(kind: str) -> TurningPoints:
+        return TurningPoints(*(column[name == kind].tolist() for column in (t, theta, phi_dot)))
+
     rises = (name == "equator") & (direction < 0)
-
-    def of(kind: str) -> list[list[Scalar]]:
-        return [column[name == kind].tolist() for column in (t, theta, phi_dot)]
-
     marks = InversionEvents(
         equator=t[rises].tolist(),
-        minima=TurningPoints(*of("theta_min")),
-        maxima=TurningPoints(*of("theta_max")),
-        phi_dot_zero=of("phi_dot_zero")[0],
-        aligned=of("Lk_equals_Lz")[0],
-        opposed=of("Lk_equals_minus_Lz")[0],
+        minima=turning_points("theta_min"),
+        maxima=turning_points("theta_max"),
+        phi_dot_zero=times("phi_dot_zero"),
+        aligned=times("Lk_equals_Lz"),
+        opposed=times("Lk_equals_minus_Lz"),
         backwards=any(rate < 0 for rate in phi_dot[rises][:1].tolist()),
     )
     return from_inversion_events(marks, pi)
@@ -158,20 +155,24 @@ def errors_of_times(run: Solution) -> dict[str, float]:
     its error; and with every second theta larger and the others smaller, on which the lines of
     definition A depend most. The changes are added.
     """
-    errors, late = errors_of(with_climb(run)).events(), {}
+    errors = errors_of(with_climb(run)).events()
     events = event_columns(with_climb(run), ("theta", "phi_dot"))
+
+    def shifted(name: str, by: Array) -> InversionTimes:
+        column = [v if v is None else v + d for v, d in zip(events[name], by, strict=True)]
+        return from_events({**events, name: column}, *_pi_and_side(run))
+
     tilts = 10.0 ** -errors["digits"]
     alternating = tilts * numpy.where(numpy.arange(len(tilts)) % 2, 1, -1)
-    changed = []
-    for name, shift in (("t", errors["error"]), ("theta", tilts), ("theta", alternating)):
-        moved = [v if v is None else v + d for v, d in zip(events[name], shift, strict=True)]
-        changed.append(from_events({**events, name: moved}, *_pi_and_side(run)).all_times)
-    for name, t in times_of(run).all_times.items():
-        others = [times[name] for times in changed]
+    shifts = ("t", errors["t"]), ("theta", tilts), ("theta", alternating)
+    changed = [shifted(name, by) for name, by in shifts]
+    plain, errors = times_of(run), {}
+    for name, t in {"equator": plain.equator, **plain.times}.items():
+        others = [c.equator if name == "equator" else c.times[name] for c in changed]
         if t is not None:
             missing = any(other is None for other in others)
-            late[name] = math.inf if missing else float(sum(abs(x - t) for x in others))
-    return late
+            errors[name] = math.inf if missing else float(sum(abs(x - t) for x in others))
+    return errors
 
 
 def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:
@@ -179,7 +180,8 @@ def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:
     if not marks.equator:
         none = Climb(None, None)
         return InversionTimes(None, none, none, none)
-    climb, reversal = marks.equator[0], marks.phi_dot_zero
+    climb = marks.equator[0]
+    reversal = marks.phi_dot_zero
     literal = Climb(_last_before(reversal, climb), _first_after(reversal, climb))
     return InversionTimes(
         climb,
@@ -190,19 +192,26 @@ def from_inversion_events(marks: InversionEvents, pi: Scalar) -> InversionTimes:
 
 
 def _perigee(minima: TurningPoints, climb: Scalar, pi: Scalar) -> Scalar:
-    rows = zip(*minima, strict=True)
-    b = [(t, x if rate > 0 else -x) for t, x, rate in rows if t < climb and not x > pi / 2]
-    negative = [i for i, (_, x) in enumerate(b) if x < 0]
-    if not negative:
-        return 0 * climb
-    return _line_zero(*b[negative[-1] :][:2]) if negative[-1] + 1 < len(b) else None
+    following = None
+    for i in reversed(range(bisect.bisect_left(minima.t, climb))):
+        if minima.theta[i] > pi / 2:
+            continue
+        b = minima.theta[i] if minima.phi_dot[i] > 0 else -minima.theta[i]
+        if b < 0:
+            return None if following is None else _line_zero((minima.t[i], b), following)
+        following = (minima.t[i], b)
+    return 0 * climb
 
 
 def _apogee(maxima: TurningPoints, climb: Scalar, pi: Scalar) -> Scalar:
-    rows = zip(*maxima, strict=True)
-    b = [(t, (pi - x) * (1 if rate > 0 else -1)) for t, x, rate in rows if t > climb and x > pi / 2]
-    falls = (pair for pair in itertools.pairwise(b) if pair[0][1] > 0 > pair[1][1])
-    return next(itertools.starmap(_line_zero, falls), None)
+    before = None
+    for i in range(bisect.bisect_right(maxima.t, climb), len(maxima.t)):
+        if maxima.theta[i] > pi / 2:
+            b = pi - maxima.theta[i] if maxima.phi_dot[i] > 0 else -(pi - maxima.theta[i])
+            if before is not None and before[1] > 0 > b:
+                return _line_zero(before, (maxima.t[i], b))
+            before = (maxima.t[i], b)
+    return None
 
 
 def _line_zero(left: tuple[Scalar, Scalar], right: tuple[Scalar, Scalar]) -> Scalar:

@@ -32,6 +32,7 @@ from tt_precise.scene.numerals import to_mpmath
 
 GUARD_BITS = 64  # Additional bits of mpmath, so that its rounding never shows.
 FEWEST_BITS, MOST_BITS = 54, 20_000
+LARGEST_EXACT = 2**53  # Integers up to this limit are doubles; their quotient is rounded once.
 
 
 class Kind(NamedTuple):
@@ -77,9 +78,12 @@ class Hardware:
         if isinstance(values, numpy.ndarray):
             return values.astype(numpy.longdouble)
         above, below = [t.numerator for t in values], [t.denominator for t in values]
-        return numpy.array(above, dtype=numpy.longdouble) / numpy.array(
-            below, dtype=numpy.longdouble
-        )
+        if max(map(abs, above + below), default=0) < LARGEST_EXACT:
+            numerator, denominator = (numpy.array(x, dtype=float) for x in (above, below))
+            return numerator.astype(numpy.longdouble) / denominator
+        high = numpy.array([float(t) for t in values])
+        low = [float(t - Fraction(x)) for t, x in zip(values, high.tolist(), strict=True)]
+        return high + numpy.array(low, dtype=numpy.longdouble)
 
     def from_limbs(self, limbs: Array) -> Array:
         """Add up sums of doubles, along the last axis."""
@@ -177,8 +181,10 @@ class Precision:
     @property
     def number(self) -> Callable[[Scalar], Scalar]:
         """The function that rounds an mpmath number with guard bits to heyoka's type."""
-        if self.is_float or self.doubles:
-            return float if self.is_float else lambda value: value
+        if self.is_float:
+            return float
+        if self.doubles:
+            return lambda value: value
         kind, digits, context = self.fp_type, self.decimals + 15, self.context
         bits = (self.bits,) if self.name == "mp" else ()
         return lambda value: kind(context.nstr(value, digits), *bits)

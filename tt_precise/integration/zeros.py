@@ -363,15 +363,22 @@ class Zeros:
         shrink until the fourth power of the position is a rounding.
         """
         width, total, exact_start = numpy.ones(len(begin)), 0, self._wide and self._exact_start
-        shortest = 2.0 ** -min(BISECTIONS, self.setup.precision.bits // 4 - 2)
+        if exact_start and len(begin):
+            last = min(BISECTIONS, self.setup.precision.bits // 4 - 2)
+            bounds = numpy.append(0.0, 2.0 ** -numpy.arange(float(last), -1.0, -1.0))
+            count = numpy.where(begin % (self.count + 1), 1, last + 1)
+            number = numpy.concatenate([numpy.arange(n) for n in count])
+            begin, error, split = (numpy.repeat(x, count) for x in (begin, error, count > 1))
+            width = numpy.where(split, numpy.diff(bounds)[number], 1.0)
+            begin = begin + numpy.where(split, bounds[number], 0.0)
+            values = self._at_nodes(begin, width)
         for halving in range(BISECTIONS + 1):
             if not len(begin):
                 break
             which, step, inside = self._located(begin)
             at_start = exact_start & (step == 0) & (inside == 0)
-            halved = at_start & (width > shortest)
             doubt, largest = error.copy(), numpy.fmax.reduce(abs(values), initial=0)
-            small = numpy.flatnonzero(~(largest > error / SHAPE) & ~halved)
+            small = numpy.flatnonzero(~(largest > error / SHAPE))
             if self._wide and len(small):
                 values[:, small] = self._at_nodes(begin[small], width[small], self._numbers)
                 error[small] = self._of_steps[self._rounding][which[small], step[small]]
@@ -380,7 +387,6 @@ class Zeros:
             # where noise exceeds the function there is nothing to divide
             shaped = polynomials.tail <= numpy.fmax(SHAPE * largest, error)
             shaped |= ~numpy.isfinite(values).any(axis=0) | (halving == BISECTIONS)
-            shaped &= ~halved
             kept = Polynomials(*(x[..., shaped] for x in polynomials))
             intervals.append(numpy.vstack([begin[shaped], width[shaped], kept.monomials]))
             inner = shaped & (inside > 0)
@@ -396,7 +402,7 @@ class Zeros:
             begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
             middle = self._errors_at(begin + width)
             # where errors exceed the function it may be undefined, which is asked later
-            resolved = (middle <= largest) & ~halved[~shaped] | self._after_rest
+            resolved = (middle <= largest) | self._after_rest
             error = numpy.tile(numpy.where(resolved, numpy.fmax(error, middle), error), 2)
             begin, width = numpy.concatenate([begin, begin + width]), numpy.tile(width, 2)
             values = self._at_nodes(begin, width)
@@ -418,12 +424,17 @@ class Zeros:
         if self._exact_start:
             which, _, _ = self._located(position)
             first = numpy.flatnonzero((position % (self.count + 1) == 0) & ~(abs(value) > error))
-            setup, mpfr = self.setup, self.setup.precision.mpfr
-            row = self.start.first_row(setup.formulation, setup.record)
-            rows = [mpfr.array([x] * len(first)) for x in row]
-            value[first] = self._of_each(which[first], rows, mpfr).astype(float)
-            error[first] *= GUARD
+            if len(first):
+                values = self.start.once(("events at the start", self.setup), self._with_guard_bits)
+                value[first], error[first] = values[which[first]], error[first] * GUARD
         return points
+
+    def _with_guard_bits(self) -> Array:
+        """Return the functions at the exact start, computed with guard bits, as doubles."""
+        mpfr, setup = self.setup.precision.mpfr, self.setup
+        row = [mpfr.array([x]) for x in self.start.first_row(setup.formulation, setup.record)]
+        values = self._values(range(len(self.events)), row, mpfr, mpfr.number)
+        return numpy.array([float((value + 0 * row[0])[0]) for value in values])
 
     def _turn(self, points: Array, turning: Array) -> None:
         """Move extrema to the vertices of parabolas, in the arithmetic of the run."""
@@ -510,8 +521,13 @@ class Zeros:
         left, right = (numpy.clip(2 * (x - origin) / width - 1, -1, 1) for x in (low, high))
         root, slope = zero_between(polynomials, left, right, direction)
         zero, slope = numpy.clip(origin + width * (1 + root) / 2, low, high), 2 * slope / width
-        evaluate = partial(self._evaluate, DOUBLES, which, step)
-        zero, end, row, slope = secants(evaluate, zero, slope, low, high, direction, ROUNDING)
+        series = steps.of(step)  # the step of each zero
+
+        def in_double(position: Array) -> tuple[Array, Sequence[Array]]:
+            row = series.inside(slice(None), position)
+            return self._of_each(which, row, DOUBLES), row
+
+        zero, end, row, slope = secants(in_double, zero, slope, low, high, direction, ROUNDING)
         beside = abs(numpy.where(end * direction < 0, value[before], value[behind]))
         jumps = abs(end) > numpy.maximum(JUMP * beside, self.doubt[which, step])
         broken = numpy.flatnonzero(jumps & (high > low) & self._bent[which])
