@@ -125,10 +125,10 @@ def conservation(
                 "with another world or axis"
             )
 
-        def read(body: Parameters) -> Columns:
+        def reader(body: Parameters) -> Columns:
             return {} if convention == OURS else convert(file_rows.columns, convention, body)
 
-        rows = rows.changed(read(rows.body))
+        rows = rows.changed(reader(rows.body))
         solution = TrueSolution(scene, folder, progress)
         texts = table.texts if convention == OURS else None
         result = Result(
@@ -144,7 +144,7 @@ def conservation(
             result, checks=tuple(checks), unseen=_unseen(checks, rows.assumed, allow),
             written=f"some {-math.log10(rows.rounding):.0f} digits" if rows.rounding > FULL else "",
         )  # fmt: skip
-        return _explained(result, rows, chosen, solution, read)
+        return _explained(result, rows, chosen, solution, reader)
 
 
 # assertions accept the options of ``conservation``; the command calls it by this name
@@ -199,21 +199,21 @@ def _explained(
     rows: Rows,
     limits: Mapping[str, float],
     solution: TrueSolution,
-    read: causes.Reader,
+    reader: causes.Reader,
 ) -> Result:
     """Return a result with the causes of its failures, or with what a pass would have seen.
 
     An open check of the attitude fails where another convention resolves it.
     """
     if not result.unseen and {check.name for check in result.failures} <= {"finite"}:
-        return replace(result, would_have_seen=causes.power(rows, limits, read))
+        return replace(result, would_have_seen=causes.power(rows, limits, reader))
 
     def repeat(other: Rows) -> Iterator[Check]:
         if not result["start"].holds:
             yield find_start(other, result.t_first, solution).check
         yield from judge(other, limits)
 
-    found, checks = causes.explain(rows, result.checks, repeat, read), list(result.checks)
+    found, checks = causes.explain(rows, result.checks, repeat, reader), list(result.checks)
     for cause in found:
         attitude = result["kinematics"]
         if cause.kind == "convention" and attitude.verdict == "open":
