@@ -130,7 +130,8 @@ def trusted() -> dict[str, str]:
 
 def stale(proof: dict[str, Json]) -> str:
     """The trusted sources that have changed since a proof was made, in words; "" if none has."""
-    code = proof.get("code", {})
+    if (code := proof.get("code")) is None:
+        return ", by earlier code"
     paths = ", ".join(path for path, sha256 in trusted().items() if code.get(path) != sha256)
     return f", before the last change of {paths}" if paths else ""
 
