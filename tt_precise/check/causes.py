@@ -23,7 +23,7 @@ import numpy
 from tt_precise.check.checks import DEFAULT_LIMITS, MEAN_COUNTS, MEAN_OVER, has_force
 from tt_precise.check.columns import Columns
 from tt_precise.check.conventions import candidates
-from tt_precise.check.law_flow import TURN, propagate
+from tt_precise.check.law_flow import propagate
 from tt_precise.check.residuals import (
     by_any_force,
     by_law,
@@ -237,10 +237,11 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
 
     spans = numpy.concatenate([numpy.diff(each.t) for each in every])
     sizes = numpy.append(flow_sizes(rows), numpy.ones(len(BODY)))
-    turn = rows.units["L"] / min(rows.body.I1, rows.body.I3) * float(spans.max())
-    halvings = math.ceil(math.log2(max(turn / TURN, 1.0)))
-    end = propagate(rates, start, spans, sizes, FLOW_ERROR, turn=turn, halvings=halvings)
-    resolved = (end.error <= FLOW_ERROR).reshape(len(every), -1).all(axis=0)
+    turns = rows.units["L"] / min(rows.body.I1, rows.body.I3) * spans
+    slow = turns <= MOST_TURN  # by_law resolves no others
+    most = float(turns[slow].max(initial=0.0))
+    end = propagate(rates, start, slow * spans, sizes, FLOW_ERROR, turn=most)
+    resolved = (slow & (end.error <= FLOW_ERROR)).reshape(len(every), -1).all(axis=0)
     before, *after = (
         compared_components(each, each.state)[:, 1:]
         - compared_components(each, law_of(each).vectors(there))
