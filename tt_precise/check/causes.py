@@ -23,7 +23,7 @@ import numpy
 from tt_precise.check.checks import DEFAULT_LIMITS, MEAN_COUNTS, MEAN_OVER, has_force
 from tt_precise.check.columns import Columns
 from tt_precise.check.conventions import candidates
-from tt_precise.check.law_flow import propagate
+from tt_precise.check.law_flow import MOST_TURN, propagate
 from tt_precise.check.residuals import (
     by_any_force,
     by_law,
