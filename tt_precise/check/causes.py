@@ -23,7 +23,7 @@ import numpy
 from tt_precise.check.checks import DEFAULT_LIMITS, MEAN_COUNTS, MEAN_OVER, has_force
 from tt_precise.check.columns import Columns
 from tt_precise.check.conventions import candidates
-from tt_precise.check.law_flow import MOST_TURN, propagate
+from tt_precise.check.law_flow import MOST_TURN, TURN, propagate
 from tt_precise.check.residuals import (
     by_any_force,
     by_law,
@@ -225,10 +225,9 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
         before = _residuals(rows, own)
         return {name: (_residuals(there, own) - before) / STEP for name, there in changed.items()}
     every, law = [rows, *changed.values()], law_of(rows)
-    bodies = [[getattr(each.body, name) for name in BODY] for each in every]
-    start = numpy.concatenate([flow_state(each.motion)[:, :-1] for each in every], axis=1)
-    count = len(start)
-    start = numpy.vstack((start, numpy.repeat(numpy.transpose(bodies), len(rows.t) - 1, axis=1)))
+    states = numpy.concatenate([flow_state(each.motion)[:, :-1] for each in every], axis=1)
+    bodies, count = [[getattr(each.body, name) for each in every] for name in BODY], len(states)
+    start = numpy.vstack((states, numpy.repeat(bodies, len(rows.t) - 1, axis=1)))
 
     def rates(y: Array) -> Array:
         body = replace(rows.body, **dict(zip(BODY, y[count:], strict=True)))
@@ -237,17 +236,17 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
 
     spans = numpy.concatenate([numpy.diff(each.t) for each in every])
     sizes = numpy.append(flow_sizes(rows), numpy.ones(len(BODY)))
-    turns = rows.units["L"] / min(rows.body.I1, rows.body.I3) * spans
-    slow = turns <= MOST_TURN  # by_law resolves no others
-    most = float(turns[slow].max(initial=0.0))
-    end = propagate(rates, start, slow * spans, sizes, FLOW_ERROR, turn=most)
-    resolved = (slow & (end.error <= FLOW_ERROR)).reshape(len(every), -1).all(axis=0)
+    turn = rows.units["L"] / min(rows.body.I1, rows.body.I3) * spans
+    near = turn <= MOST_TURN  # beyond, as under a wrong unit of time, nothing is resolved
+    most = float(turn[near].max(initial=0.0))
+    halvings, spans = math.ceil(math.log2(max(most / TURN, 1.0))), numpy.where(near, spans, 0.0)
+    end = propagate(rates, start, spans, sizes, FLOW_ERROR, turn=most, halvings=halvings)
+    resolved = (near & (end.error <= FLOW_ERROR)).reshape(len(every), -1).all(axis=0)
+    ends = numpy.split(end.state[:count], len(every), axis=1)
     before, *after = (
         compared_components(each, each.state)[:, 1:]
         - compared_components(each, law_of(each).vectors(there))
-        for each, there in zip(
-            every, numpy.split(end.state[:count], len(every), axis=1), strict=True
-        )
+        for each, there in zip(every, ends, strict=True)
     )
     return {name: numpy.where(resolved, there - before, 0.0) / STEP
             for name, there in zip(changed, after, strict=True)}  # fmt: skip
