@@ -83,7 +83,7 @@ def test_every_printed_digit_is_proved(stored: Stored) -> None:
         proofs.stale({"code": content["code"] | {"scene": "0"}})
         == ", before the last change of scene"
     )
-    assert proofs.stale({}).endswith(", ".join(content["code"]))
+    assert proofs.stale({}) == ", by earlier code"
 
 
 def test_the_code_of_a_proof_is_what_a_reader_has_to_trust() -> None:

@@ -201,13 +201,20 @@ def test_levels_of_the_ladder(monkeypatch: pytest.MonkeyPatch, reference: Scene)
     tried: list[errors.Level] = []
     monkeypatch.setattr(errors, "errors_of", lambda run: run)
 
-    def levels(digits: int, lost: float = 1.0, most: float = 1e9) -> list[errors.Level]:
-        """The levels that are tried, by runs that lose digits, and have ``most`` at most."""
+    def levels(
+        digits: int, lost: float = 1.0, most: float = 1e9, events: Any = None
+    ) -> list[errors.Level]:
+        """The levels that are tried, by runs that lose digits, and have ``most`` at most.
+
+        ``events`` are those that stay unresolved in an arithmetic.
+        """
 
         def run(level: errors.Level) -> Any:
             tried.append(level)
             reached = min(level.digits - lost, most)
-            return SimpleNamespace(status="complete", t_end=8.0, digits_throughout=reached)
+            unresolved = (events or {}).get(level.precision, ())
+            return SimpleNamespace(status="complete", t_end=8.0, digits_throughout=reached,
+                                   events_with=lambda kind: unresolved)  # fmt: skip
 
         tried.clear()
         errors.integrate_to_digits(digits, reference, run)
@@ -222,6 +229,13 @@ def test_levels_of_the_ladder(monkeypatch: pytest.MonkeyPatch, reference: Scene)
         (8, enough - 0.01, [first]), (8, enough + 0.01, [first, second]),
     ):  # fmt: skip
         assert levels(digits, lost) == expected
+    fifth, last = errors.LADDER[4], errors.LADDER[-1]  # unresolved events lead to other arithmetics
+    for events, expected in (
+        ({"double": "ab"}, [first, fifth]),
+        ({"double": "ab", "double-double": "ab"}, [first, fifth]),
+        ({"double": "ab", "double-double": "a"}, [first, fifth, last]),
+    ):  # fmt: skip
+        assert levels(6, events=events) == expected
     with pytest.raises(InputError, match=r"digits: got 9, but reference has 0\.0"):
         levels(9, most=0.0)
     assert [level.precision for level in tried].count("mp") == 1  # a second cannot help

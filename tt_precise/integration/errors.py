@@ -456,7 +456,8 @@ def integrate_to_digits(digits: Any, scene: Scene, run: Callable[[Level], Soluti
     """Return the solution from the first level that delivers ``digits`` throughout.
 
     The error estimate of the run decides, for every component at every sample, in every event and
-    at the end. The next level adds the digits that are missing.
+    at the end. The next level adds the digits that are missing. Where the signs of events stay
+    unresolved, finer arithmetics follow while they resolve more.
 
     Raises ``InputError``: the digits are not a whole number in range, or two levels of mp in a row
     gain nothing.
@@ -464,6 +465,7 @@ def integrate_to_digits(digits: Any, scene: Scene, run: Callable[[Level], Soluti
     whole_number(digits, "digits", 1, MOST_DIGITS)
     refused, needed, best = refused_in_doubles(scene), digits + LOSS, -math.inf
     levels = [level for level in LADDER if level.precision == "double" or not refused]
+    coarse: Solution | None = None  # has the digits, but unresolved events
     while True:
         bits = max(FEWEST_BITS_OF_MP, math.ceil(needed / math.log10(2)))
         level = next((x for x in levels if x.digits >= needed), Level("mp", 0.0, bits))
@@ -471,7 +473,17 @@ def integrate_to_digits(digits: Any, scene: Scene, run: Callable[[Level], Soluti
         failed = solution.status == "failed"
         reached = 0.0 if failed else errors_of(solution).digits_throughout
         if reached >= digits + RESERVE:
-            return solution
+            unresolved = len(solution.events_with("unresolved"))
+            if coarse and unresolved >= len(coarse.events_with("unresolved")):
+                return coarse
+            others = [x for x in levels
+                      if x.digits > level.digits and x.precision != level.precision]  # fmt: skip
+            if not unresolved or not others:
+                return solution
+            # the finest of the next arithmetic, whose first step is short
+            needed = max(x.digits for x in others if x.precision == others[0].precision)
+            coarse = solution
+            continue
         if level.bits and reached < best + RESERVE:
             raise InputError(
                 f"digits: got {digits}, but {scene.name} has {reached:.1f} in mp with "

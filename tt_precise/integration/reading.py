@@ -124,9 +124,17 @@ def table(
         for segment, index, row in states_at(run, times, arrays):
             for name, values in segment.columns.of_arrays(names, row, arrays).items():
                 columns[name][index] = values
-        t = numpy.array(times, dtype=float) if is_float else arrays.of_fractions(times)
+        t = seconds_of(run, times) if is_float else arrays.of_fractions(times)
         every = {"t": t, **columns}
         return {name: converted(run, values, numbers) for name, values in every.items()}
+
+
+def seconds_of(run: Solution, times: Sequence[Fraction] | Array) -> Array:
+    """Return times in s as doubles; those of the scene's samples are converted once."""
+    if times is not run.scene.sample_times:
+        return numpy.array(times, dtype=float)
+    seconds: Array = run.start.once("seconds", lambda: numpy.array(times, dtype=float))
+    return seconds
 
 
 def with_quadratures(run: Solution) -> Solution:
