@@ -113,7 +113,7 @@ def test_a_command(said: Said, monkeypatch: pytest.MonkeyPatch) -> None:
 
     module.__dict__["invented_command"] = invented_command
     monkeypatch.setitem(sys.modules, module.__name__, module)
-    monkeypatch.setitem(cli.COMMANDS, "invented", "Show that it works.")
+    monkeypatch.setitem(cli.COMMANDS, "invented", ("invented", "Show that it works."))
     assert "Show that it works." in said("--help")
     assert said("invented") == "It works.\n"
 

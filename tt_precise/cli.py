@@ -16,26 +16,22 @@ from tt_precise._version import __version__
 from tt_precise.runtime.terminal import Terminated, in_a_process_of_ours, raise_at_sigterm
 from tt_precise.runtime.values import InputError, wrong_name
 
+# The file of each command, and what the command does.
 COMMANDS = {
-    "run": "Integrate a scene.",
-    "thresholds": "Determine lambda, its thresholds and asymptotic values, each in two ways.",
-    "scene": "Write, list or summarise scenes.",
-    "events": "List the catalogue of events, or the events of a scene.",
-    "golden": "Make, verify, prove or list golden reference trajectories.",
-    "check": "Check the conservation laws on a trajectory from any program.",
-    "columns": "List the columns of a trajectory: names, units, frames, conventions.",
-    "claims": "Show the verdicts on the paper's claims.",
-    "tradeoff": "Measure what a digit costs on a scene, with SciPy beside it.",
-    "extremes": "Test numerical stability in extreme cases.",
-    "sweep": "Integrate a scene from many starts, plot a sweep, or find a threshold.",
-    "engines": "Test a physics engine at decreasing steps.",
-    "report": "Write the precision report.",
+    "run": ("run", "Integrate a scene."),
+    "thresholds": ("events", "Determine lambda, its thresholds and asymptotic values in two ways."),
+    "scene": ("scene", "Write, list or summarise scenes."),
+    "events": ("events", "List the catalogue of events, or the events of a scene."),
+    "golden": ("golden", "Make, verify, prove or list golden reference trajectories."),
+    "check": ("check", "Check the conservation laws on a trajectory from any program."),
+    "columns": ("check", "List the columns of a trajectory: names, units, frames, conventions."),
+    "claims": ("claims", "Show the verdicts on the paper's claims."),
+    "tradeoff": ("numerics", "Measure what a digit costs on a scene, with SciPy beside it."),
+    "extremes": ("numerics", "Test numerical stability in extreme cases."),
+    "sweep": ("sweep", "Integrate a scene from many starts, plot a sweep, or find a threshold."),
+    "engines": ("check", "Test a physics engine at decreasing steps."),
+    "report": ("claims", "Write the precision report."),
 }
-# The files of commands that share one; the others have a file of their name.
-FILES = {
-    "thresholds": "events", "columns": "check", "engines": "check", "report": "claims",
-    "tradeoff": "numerics", "extremes": "numerics",
-}  # fmt: skip
 DONE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 70  # 70: EX_SOFTWARE of sysexits.h
 INTERRUPTED, READER_GONE, TERMINATED = 130, 141, 143  # as shells report SIGINT, SIGPIPE, SIGTERM
 # The errors of a system that has no more space, memory or open files.
@@ -49,13 +45,13 @@ class _Lazy(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             raise wrong_name("command", name, COMMANDS)
-        module = importlib.import_module(f"tt_precise.commands.{FILES.get(name, name)}")
+        module = importlib.import_module(f"tt_precise.commands.{COMMANDS[name][0]}")
         command: click.Command = getattr(module, f"{name}_command")
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl([(name, does) for name, (_, does) in COMMANDS.items()])
 
 
 @click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
@@ -87,9 +83,7 @@ def main(argv: list[str] | None = None) -> int:
     except Exception as error:
         if getattr(error, "errno", None) in EXHAUSTED:
             return _complain(error, BAD_INPUT)
-        import traceback
-
-        click.echo(traceback.format_exc(), err=True)
+        sys.excepthook(type(error), error, error.__traceback__)
         return _complain(f"a bug in tt-precise {__version__} ({type(error).__name__})", BUG)
     return status if isinstance(status, int) else DONE
 
