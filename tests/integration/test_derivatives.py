@@ -141,9 +141,9 @@ HINT = " (until=10 would do)"
     ],
 )
 def test_ends_of_a_range(slope: float, error: float, sides: Any, expected: Any) -> None:
-    later = [{"equator": Fraction(10)}] * 2
     changes = [None if x is None else {"equator": x} for x in sides]
-    row = combine("equator", 0, [Effect("mu", {"equator": (slope, error)}, changes, later)])
+    hints = [{"equator": HINT}] * 2
+    row = combine("equator", 0, [Effect("mu", {"equator": (slope, error)}, changes, hints)])
     keys = ("sigma", "low", "high", "note")
     assert [row[key] for key in keys[:3]] == pytest.approx(expected[:3], nan_ok=True)
     assert row["note"] == expected[3]

@@ -92,10 +92,7 @@ def name_of(name: Name) -> str:
 
 
 class Columns:
-    """The columns and quantities of a run's rows.
-
-    Rows are dimensionless: mpmath numbers with guard bits, or an array over time per component.
-    """
+    """The columns and quantities of a run's dimensionless rows, of numbers or arrays over time."""
 
     def __init__(self, setup: Setup, start: InitialState):
         self.layout, self.precision = setup.layout, setup.precision
@@ -137,10 +134,7 @@ class Columns:
     def of_arrays(
         self, names: Sequence[Name], row: Sequence[Array], numbers: Any = DOUBLES
     ) -> dict[Any, Array]:
-        """An array for each column (SI), from an array for each entry; NaN where undefined.
-
-        ``numbers`` is the arithmetic of the arrays.
-        """
+        """An array for each column (SI), from an array for each entry; NaN where undefined."""
         q, columns = self.array_motion(row, numbers), dict[Any, Array]()
         recorded = zip(self.record, row[len(self.form.columns) :], strict=True)
         quadratures = {name: values * QUADRATURE_SCALE for name, values in recorded}
@@ -202,10 +196,9 @@ def quantity(
 
 
 def _of_user(own: Quantity, q: Motion, last: Motion) -> Scalar:
-    """The values of a user's quantity.
+    """The values of a user's quantity, of which that of the ``last`` row alone is the last.
 
-    Raises ``InputError``: they are vectors, or combine several times, as ``numpy.linalg.norm`` of a
-    vector does: the value in the ``last`` row alone is another.
+    Others are vectors, or combine several times, as ``numpy.linalg.norm`` of a vector does.
     """
     values, single = own.evaluate(q), own.evaluate(last)
     if not isinstance(values, (tuple, list)):
@@ -248,11 +241,7 @@ def vertical() -> InputError:
 
 
 def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
-    """The pose of a motion with ``recorded`` phi, psi, x and y; for one row or arrays.
-
-    Raises ``InputError``: these were not recorded, or phi lost the half turn at a passage of the
-    axis through the vertical.
-    """
+    """The pose of a motion with ``recorded`` phi, psi, x and y; for one row or arrays."""
     if missing := [name for name in QUADRATURES if name not in recorded]:
         raise InputError(
             f"column: got a pose of a run without {', '.join(missing)}, expected them among its "
@@ -264,6 +253,7 @@ def pose_of(q: Motion, recorded: Mapping[str, Scalar]) -> Pose:
     # the azimuth of the state itself, in the turn that the quadrature counted
     azimuth = fn.atan2(q.state.ky, q.state.kx)
     azimuth = azimuth + 2 * pi * nearest((phi - azimuth) / (2 * pi))
+    # phi loses the half turn where the axis passes through the vertical
     if bool((numpy.abs(numpy.asarray(phi - azimuth, dtype=float)) > MOST_MISSED).any()):
         raise vertical()
     length = horizontal_length(fn, q.state.kx, q.state.ky)

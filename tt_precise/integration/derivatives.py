@@ -1,8 +1,7 @@
 """Derivatives of a trajectory by entries of its scene, and ranges from their uncertainties.
 
 Derivatives are differences of runs in several doubles whose entries differ by 1e-9 to 1e-18 of the
-value; ranges are differences of runs at both ends of an interval. So both exist for every scene
-that can be integrated, also for equations that change on the way and for starts at a pole.
+value; ranges are differences of runs at both ends of an interval.
 """
 
 from __future__ import annotations
@@ -12,25 +11,26 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy
 
-from tt_precise.integration.columns import VECTOR_COLUMNS
+from tt_precise.integration.columns import EULER_COLUMNS
 from tt_precise.integration.events import ARRIVED
 from tt_precise.integration.inversion import NEEDED, times_of
+from tt_precise.integration.precision import precision_named
 from tt_precise.integration.reading import table as columns_of
 from tt_precise.integration.setup import Setup, refused_in_doubles
 from tt_precise.integration.solution import Solution, solve
-from tt_precise.mechanics.quantities import QUANTITIES
 from tt_precise.runtime.values import InputError, Scalar, require_name, shortened
 from tt_precise.scene.entries import kept_fixed, written
 from tt_precise.scene.numerals import LARGEST, PI
 from tt_precise.scene.scene import Scene
 
-COLUMNS = ("theta", "omega_3")  # These columns are differentiated by default.
-TOLERANCE = 1e-28  # Relative tolerance in double-double, three digits above its rounding.
+COLUMNS = "theta", "omega_3"  # These columns are differentiated by default.
+# Arithmetic and tolerance: three digits above the rounding of double-double, full accuracy of quad.
+DOUBLES, WIDER = ("double-double", 1e-28), ("quad", 0.0)
 # Parts of an entry by which it is changed, as powers of the rounding 2^-bits of the arithmetic. A
 # central difference is best near 1/3. From a pole tilts grow by orders of magnitude, and need
 # smaller changes too; beside it the solution changes over 1 rad, and needs large parts of the tilt.
@@ -39,7 +39,6 @@ AT_A_POLE, NEAR_A_POLE = (*POWERS, 4 / 7, 5 / 7), (1 / 52, 1 / 26, *POWERS)
 NEAR = Fraction(1, 2**20)  # Tilt in rad whose square is lost beside 1 in half of double-double.
 LINEAR = 0.1  # Part of a range by which a linear one may differ: a sigma has one or two digits.
 LONGER = (Fraction(5, 4), Fraction(2), Fraction(4))  # Horizons tried for a time that is missing.
-RATES = ("theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
 
 Values = dict[str, Any]
 
@@ -47,13 +46,13 @@ Values = dict[str, Any]
 class Effect(NamedTuple):
     """Effects of an entry on values: to first order, with errors, and at -sigma and +sigma.
 
-    A side is None if the scene refuses it; ``later`` has horizons at which missing values exist.
+    A side is None if the scene refuses it; ``hints`` name horizons at which missing values exist.
     """
 
     name: str
     linear: dict[str, tuple[float, float]]
     sides: list[dict[str, float] | None]
-    later: list[dict[str, Fraction]]
+    hints: list[dict[str, str]]
 
 
 class Derivatives:
@@ -81,7 +80,7 @@ class Derivatives:
         """
         import pandas
 
-        columns, end = _require_columns(columns), self._end(self.names)
+        columns, end = columns or COLUMNS, self._end(self.names)
         times = [t for t in self.run.sample_times if t <= end]
         table: dict[str, Any] = {"t": [float(t) for t in times]}
         for name in self.names:
@@ -111,8 +110,7 @@ class Derivatives:
         """Columns at the last sample and times of the climb (SI), from uncertain entries.
 
         ``sigmas`` are standard deviations of independent errors: absolute, with a unit ("0.5 deg")
-        or in SI, or "5 %" of the value. Other entries are exact. The default columns are theta and
-        omega_3.
+        or in SI, or "5 %" of the value. The default columns are theta and omega_3.
 
         Returns
         -------
@@ -127,7 +125,7 @@ class Derivatives:
 
         for name in sigmas:
             require_name("spread", name, self.names, expected="sigmas of any of: ")
-        scene, columns = self.run.scene, _require_columns(columns)
+        scene, columns = self.run.scene, columns or COLUMNS
         exact, end = {n: _sigma(scene, n, sigma) for n, sigma in sigmas.items()}, self._end(sigmas)
 
         def values(run: Solution) -> Values:
@@ -139,10 +137,9 @@ class Derivatives:
         effects = [self._effect(name, sigma, values) for name, sigma in exact.items() if sigma]
         rows = {key: combine(key, value, effects) for key, value in centre.items()}
         if "equator" not in rows:
-            later = self._later(self._centre, {"equator"}).get("equator")
-            note = f"not passed by {float(self.run.t_end):g} s, the end of the run{_hint(later)}"
-            keys = ("value", "sigma", "low", "high")
-            rows["equator"] = {**dict.fromkeys(keys, math.nan), "note": note}
+            hint = self._hint(self._centre, "equator")
+            end_s = float(self.run.t_end)
+            rows["equator"] = {"note": f"not passed by {end_s:g} s, the end of the run{hint}"}
         if kept := kept_fixed(exact, scene.sizes):
             for row in rows.values():
                 row["note"] = f"{row['note']}; {kept}".removeprefix("; ")
@@ -155,37 +152,32 @@ class Derivatives:
         for run in (self._changed(name, -sigma), self._changed(name, sigma)):
             there = values(run) if run else {}
             side = {key: float(there.get(key, math.nan) - middle[key]) for key in middle}
-            missing = {key for key, change in side.items() if math.isnan(change)}
             effect.sides.append(side if run else None)
-            effect.later.append(self._later(run, missing) if run else {})
+            effect.hints.append({k: self._hint(run, k) for k in side if run and k not in there})
         return effect
 
-    def _later(self, run: Solution, missing: set[str]) -> dict[str, Fraction]:
-        """The horizons, of ``LONGER``, at which a run has times that are missing."""
-        horizons: dict[str, Fraction] = {}
+    def _hint(self, run: Solution, name: str) -> str:
+        """Name the first horizon, of ``LONGER``, at which a run has a time that it lacks."""
+        setup = self._fine.but(precision=precision_named("double"), tolerance=0.0)
         for factor in LONGER:
-            if missing - horizons.keys():
-                scene = run.scene.varied(until=run.scene.until * factor)
-                times = _times(solve(scene, self._setup("double", 0.0)))
-                horizons = dict.fromkeys(times, scene.until) | horizons
-        return horizons
+            scene = run.scene.varied(until=run.scene.until * factor)
+            longer = self.run.once((scene, setup), partial(solve, scene, setup))
+            if name in _times(longer):
+                return f" (until={float(scene.until):g} would do)"
+        return ""
 
     def _end(self, names: Iterable[str]) -> Fraction:
         """The last sample time that the trajectory and its changed runs reach."""
         runs = [run for name in names for pair in self._sides(name) for run, _ in pair]
         return min(run.sample_times[-1] for run in (self.run, *runs))
 
-    def _setup(self, precision: str, tolerance: float) -> Setup:
-        return Setup.of(
-            self.run.scene, precision, events=NEEDED, record=(),
-            contact=self.run.setup.contact, tolerance=tolerance,
-        )  # fmt: skip
-
     @cached_property
     def _fine(self) -> Setup:
         """The set-up of the runs whose differences are quotients and ranges."""
-        wider = refused_in_doubles(self.run.scene)
-        return self._setup(*(("quad", 0.0) if wider else ("double-double", TOLERANCE)))
+        scene, contact = self.run.scene, self.run.setup.contact
+        precision, size = WIDER if refused_in_doubles(scene) else DOUBLES
+        needed: Any = {"events": NEEDED, "record": (), "contact": contact}
+        return Setup.of(scene, precision, tolerance=size, **needed)
 
     @cached_property
     def _centre(self) -> Solution:
@@ -223,12 +215,9 @@ class Derivatives:
         for (below, less), (above, more) in self._sides(name):
             first, last = values(below), values(above)
             width = above.precision.exact(more - less)
-            pairs = {key: (last[key] - x, last[key]) for key, x in first.items() if key in last}
-            noise = above.tolerance / width
-            quotients.append({
-                key: [numpy.asarray(x, float) for x in (difference / width, abs(value) * noise)]
-                for key, (difference, value) in pairs.items()
-            })  # fmt: skip
+            noise, both = above.tolerance / width, [key for key in first if key in last]
+            pairs = {k: ((last[k] - first[k]) / width, abs(last[k]) * noise) for k in both}
+            quotients.append({k: [numpy.asarray(x, float) for x in pairs[k]] for k in both})
         return {key: _best([q.get(key) for q in quotients]) for key in quotients[-1]}
 
 
@@ -245,22 +234,18 @@ def combine(key: str, value: float, effects: Sequence[Effect]) -> dict[str, Any]
     size = max(numpy.hypot.reduce(numpy.nan_to_num(ranges))[:2])
     for effect in effects:
         slope, error = effect.linear.get(key, (math.nan, math.nan))
-        for sign, side, later in zip((-1, 1), effect.sides, effect.later, strict=True):
+        for sign, side, hints in zip((-1, 1), effect.sides, effect.hints, strict=True):
             place = f"{effect.name} {'+' if sign > 0 else '-'} sigma"
             if side is None:
                 notes["no scene at"].append(place)
             elif math.isnan(side[key]):
-                notes["no value before the run ends, at"].append(place + _hint(later.get(key)))
+                notes["no value before the run ends, at"].append(place + hints.get(key, ""))
             elif not abs(side[key] - sign * slope) <= LINEAR * size + error:
                 notes["not linear in"].append(effect.name)
     return {
         "value": value, "sigma": sigma, "low": value - down, "high": value + up,
         "note": "; ".join(f"{text} {', '.join(dict.fromkeys(n))}" for text, n in notes.items()),
     }  # fmt: skip
-
-
-def _hint(until: Fraction | None) -> str:
-    return f" (until={float(until):g} would do)" if until else ""
 
 
 def _times(run: Solution) -> Values:
@@ -274,7 +259,7 @@ def _times(run: Solution) -> Values:
 
 
 def _best(quotients: Iterable[list[Any] | None]) -> tuple[Any, Any]:
-    """The quotient, of (quotient, noise), that differs least from its neighbour, and its error."""
+    """The quotient that differs least from its neighbour, and its error."""
     best: Any = numpy.float64(math.nan)
     least: Any = best
     for coarse, fine in itertools.pairwise(quotients):
@@ -287,17 +272,10 @@ def _best(quotients: Iterable[list[Any] | None]) -> tuple[Any, Any]:
     return best, least
 
 
-def _require_columns(columns: tuple[str, ...]) -> tuple[str, ...]:
-    for column in columns:
-        expected = "a column or a quantity: "
-        require_name("sensitivity", column, [*VECTOR_COLUMNS, *QUANTITIES], expected=expected)
-    return columns or COLUMNS
-
-
 def _value(scene: Scene, name: str) -> Fraction:
     """An entry's value; of theta the distance from the nearer pole."""
-    start = {n: getattr(scene.start, n, None) for n in (*RATES, *scene.further_columns)}
-    entries = {**scene.body.in_file_units(), "theta": scene.start.theta.offset, **start}
+    start = {n: getattr(scene.start, n, None) for n in (*EULER_COLUMNS, *scene.further_columns)}
+    entries = {**scene.body.in_file_units(), **start, "theta": scene.start.theta.offset}
     values = {n: value for n, value in entries.items() if isinstance(value, Fraction)}
     require_name("sensitivity", name, values, expected="any of: ")
     return values[name]
@@ -327,5 +305,5 @@ def _scene_with(scene: Scene, name: str, change: Fraction) -> Scene:
 def _table(run: Solution, columns: Sequence[str], times: Sequence[Fraction]) -> Values:
     """Columns at some times as arrays of the run's numbers, NaN where a value is undefined."""
     table, nan = columns_of(run, columns, times, "exact"), run.precision.context.nan
-    values = {name: [nan if x is None else x for x in table[name]] for name in columns}
-    return {name: numpy.array(column, dtype=object) for name, column in values.items()}
+    defined = {name: [nan if x is None else x for x in table[name]] for name in columns}
+    return {name: numpy.array(defined[name], dtype=object) for name in columns}

@@ -1,9 +1,8 @@
 """``Errors``: the estimated errors of a trajectory, by comparison with a finer run.
 
-The exact solution is unknown, so the scene is integrated again, in the cheapest arithmetic with a
-tolerance that is ``RATIO`` times smaller. States differ so little that their difference is exact,
-and the difference of a column follows to first order. The finer run detects no events: one step of
-Newton's method gives the zero of an event's function in it.
+The finer run has the cheapest arithmetic with a tolerance that is ``RATIO`` times smaller. States
+differ so little that their difference is exact, and the difference of a column follows to first
+order. The finer run detects no events: one step of Newton's method gives the zero in it.
 """
 
 from __future__ import annotations
@@ -34,8 +33,7 @@ from tt_precise.taylor.series import TaylorSeries
 
 ERROR, DIGITS = "error:", "digits"  # names of columns of errors, the first before another's
 RATIO = 30  # Tolerance of a run over that of its finer run, whose own error is then 3 % of it.
-# Tolerance, in eps of double, from which truncation outweighs the roundings of double: a run with
-# full tolerance in the same arithmetic shows the errors.
+# Tolerance, in eps of double, from which a run in double with full tolerance shows the errors.
 COARSE = 1000
 SMALL = 2.0**-600  # scale of deviations, so small that their squares vanish
 
@@ -67,10 +65,7 @@ def table_with_errors(
     times: Sequence[Fraction] | Array | None,
     numbers: reading.Numbers,
 ) -> dict[str, Array]:
-    """Return ``reading.table`` by the names that users read, with errors and drifts at the samples.
-
-    Raises ``InputError``: there are times and such columns.
-    """
+    """Return ``reading.table`` by the names that users read, with errors and drifts."""
     plain, estimates = _estimated(names)
     drifts = [str(name) for name in plain if reading.is_drift(name)]
     if times is not None and (drifts or estimates):
@@ -100,7 +95,7 @@ def events_with_errors(run: Solution, names: Sequence[Name]) -> dict[str, Array]
 
 
 def _estimated(names: Sequence[Name]) -> tuple[list[Name], dict[Name, Name]]:
-    """Separate columns of errors from others: each has the column whose error it is."""
+    """Separate columns of errors from others; each maps to the column whose error it is."""
     own = {name.name.removesuffix(UNITLESS): name for name in names if isinstance(name, Quantity)}
     estimates = dict[Name, Name]()
     for name in names:
@@ -114,10 +109,10 @@ def _estimated(names: Sequence[Name]) -> tuple[list[Name], dict[Name, Name]]:
 
 
 class Pair(NamedTuple):
-    """States of a run and of its finer run at the same instants, or each at its own.
+    """States of a run and of its finer run, for the rows ``index`` of a table of errors.
 
-    ``index`` are the rows of the table of errors, ``delay`` the difference of the instants
-    (dimensionless). Components are arrays of one arithmetic, or of sums of doubles (instant, limb).
+    ``delay`` is the difference of the instants (dimensionless). Components are arrays of one
+    arithmetic, or of sums of doubles: axes (instant, limb).
     """
 
     index: Array
@@ -130,11 +125,10 @@ class Pair(NamedTuple):
     def compare(
         self, names: Sequence[Name], numbers: Any
     ) -> tuple[dict[Any, Array], dict[Any, Array]]:
-        """Compute columns (SI) in double, and their errors.
+        """Compute columns (SI) in double, and their errors, no less than the rounding of columns.
 
-        Under the same equations the exact differences of the states are propagated to first order;
-        otherwise, and for user-defined functions and poses, columns are compared. No error is below
-        the rounding of a stored value.
+        Under other equations, and for user-defined functions and poses, columns are compared;
+        otherwise the differences of the states are propagated to first order.
         """
         alike = self.segment.setup.layout == self.other.setup.layout
         plain = [n for n in names if alike and not (isinstance(n, Quantity) or n in POSE_NAMES)]
@@ -147,20 +141,16 @@ class Pair(NamedTuple):
                 values = {name: numpy.real(column) for name, column in columns.items()}
                 errors = {name: abs(numpy.imag(x)) / SMALL for name, x in columns.items()}
             if others:
-                mine, theirs = (
-                    segment.columns.of_arrays(others, [_summed(x, numbers) for x in row], numbers)
-                    for segment, row in ((self.segment, self.row), (self.other, self.better))
-                )
-                values |= {name: mine[name].astype(float) for name in others}
-                errors |= {name: abs((mine[name] - theirs[name]).astype(float)) for name in others}
+                both = []
+                for segment, state in ((self.segment, self.row), (self.other, self.better)):
+                    sums = [numbers.from_limbs(x) if x.ndim == 2 else x for x in state]
+                    both.append(segment.columns.of_arrays(others, sums, numbers))
+                values |= {name: both[0][name].astype(float) for name in others}
+                errors |= {n: abs((both[0][n] - both[1][n]).astype(float)) for n in others}
             ulp = 2.0 ** max(53 - self.segment.setup.precision.bits, -1000)  # in those of double
             for name, x in values.items():
                 errors[name] = errors[name] + (x != 0) * numpy.spacing(abs(x)) * ulp
             return values, errors
-
-
-def _summed(values: Array, numbers: Any) -> Array:
-    return numbers.from_limbs(values) if values.ndim == 2 else values
 
 
 def _deviating(values: Array, better: Array) -> Array:
@@ -178,11 +168,7 @@ def _deviating(values: Array, better: Array) -> Array:
 
 
 class Deviations:
-    """Arithmetic of numbers with a small deviation, represented as complex numbers.
-
-    An analytic function of x + i d is f(x) + i d f'(x) up to d^2. ``abs`` and comparisons are not
-    analytic and must not be used.
-    """
+    """Arithmetic of numbers x with a small deviation d: an analytic f(x + i d) is f + i d f'."""
 
     number = float
     cos, sin, sqrt, exp, log = numpy.cos, numpy.sin, numpy.sqrt, numpy.exp, numpy.log
@@ -197,9 +183,8 @@ class Deviations:
 class Errors:
     """The errors of a ``run``: its distances from a finer run, or from the solution ``other``.
 
-    Tables of errors are float64 columns: "t", the error of the instant (s), the errors of columns
-    (SI), and "digits", those of the state's worst component. Errors are infinite where the finer
-    run has no such instant.
+    Tables have "t", the error of the instant (s), the errors of columns (SI), and "digits", those
+    of the state's worst component. Errors are infinite where the finer run has no such instant.
     """
 
     def __init__(self, run: Solution, other: Solution | None = None):
@@ -219,7 +204,7 @@ class Errors:
     def _numbers(self) -> Any:
         """The arithmetic of arrays in which both runs are compared."""
         other = self.reference.precision
-        hardware = self._run.precision.is_float and not other.kind.in_software
+        hardware = self._run.precision.is_float and (other.is_float or other.doubles)
         return LONG_DOUBLES if hardware else other.mpfr
 
     def _table(
@@ -230,7 +215,7 @@ class Errors:
         every = [name for name in dict.fromkeys([*state, *names]) if name not in (DIGITS, "t")]
         errors = {name: numpy.full(count, math.inf) for name in ("t", *every)}
         errors[DIGITS] = numpy.zeros(count)
-        with reading.rounding_of(self._numbers):
+        with self._numbers.precision():
             for pair in pairs:
                 values, own = pair.compare(every, self._numbers)
                 values, known = ({name: x[name] for name in state} for x in (values, own))
@@ -242,10 +227,9 @@ class Errors:
 
     def _ends(self, mine: Segment, theirs: Segment, row: int) -> Pair:
         """Return the states of two segments at their ends, for one row of a table."""
-        segments = (mine, theirs)
         delay = abs(float(mine.begin + mine.end_time - theirs.begin - theirs.end_time))
-        states = [[self._numbers.array([x]) for x in segment.end_row] for segment in segments]
-        return Pair(numpy.array([row]), mine, states[0], theirs, states[1], delay)
+        own, better = ([self._numbers.array([x]) for x in s.end_row] for s in (mine, theirs))
+        return Pair(numpy.array([row]), mine, own, theirs, better, delay)
 
     def _last(self, row: int) -> list[Pair]:
         """Return the states of both runs at their ends; none if these are of different kinds."""
@@ -259,10 +243,7 @@ class Errors:
 
     @cached_property
     def at_end(self) -> dict[str, float]:
-        """Absolute error of each component of the state at the end (SI), and of ``t_end`` (s).
-
-        Infinite if the finer run ends in another way: then neither can be trusted.
-        """
+        """Absolute error of each component of the state at the end (SI), and of ``t_end`` (s)."""
         run, errors = self._run, {n: float(x[0]) for n, x in self._at_end.items() if n != DIGITS}
         t_end = errors.pop("t") + float(run.end * run.precision.eps)
         return {"t_end": t_end, **{name: x for name, x in errors.items() if not math.isnan(x)}}
@@ -282,7 +263,10 @@ class Errors:
         run, other, times = self._run, self.reference, self._run.sample_times
         arrived = run.status in ARRIVED
         if _in_limbs(run) and _in_limbs(other):
-            mine, theirs, limbs = run.segments[0], other.segments[0], _limbs(other, times)
+            mine, theirs, mpfr = run.segments[0], other.segments[0], other.precision.mpfr
+            with mpfr.precision():
+                local = mpfr.of_fractions(times) / mpfr.number(run.start.units.time)
+                limbs = mpfr.to_limbs(local, MOST_LIMBS)
             both = mine.series.at(limbs, None), theirs, theirs.series.at(limbs, None)
             return [Pair(numpy.arange(len(times)), mine, *both)]
         inner: Sequence[Fraction] = other.sample_times
@@ -302,7 +286,6 @@ class Errors:
         """The table of errors of the events in order of time; their digits include the time's.
 
         Errors are infinite if the finer run has ended before, or is in another part of its motion.
-        In double the rounding of the time is added.
         """
         run, unit = self._run, float(self._run.start.units.time)
         seconds = reading.event_columns(run, ())["t"].astype(float)
@@ -367,20 +350,12 @@ def _in_limbs(run: Solution) -> bool:
     return bool(run.precision.doubles and run.status in ARRIVED and run.steps and simple)
 
 
-def _limbs(run: Solution, times: Sequence[Fraction]) -> Array:
-    """Return dimensionless times as sums of three doubles: axes (time, limb)."""
-    mpfr = run.precision.mpfr
-    with mpfr.precision():
-        local = mpfr.of_fractions(times) / mpfr.number(run.start.units.time)
-        return mpfr.to_limbs(local, MOST_LIMBS)
-
-
 def _zero(
     event: Event, segment: Segment, row: Sequence[Array], numbers: Any
 ) -> tuple[Array, Sequence[Array]]:
     """Return the delays of an event's zeros after states, and the states there.
 
-    By one step of Newton's method along power series. The delay is NaN if the function has none.
+    The delay, by one step of Newton's method, is NaN if the function has no power series.
     """
     setup, fn = segment.setup, functions_of(numbers)
     body = segment.start.body.numbers(numbers.number)
@@ -404,10 +379,7 @@ def _zero(
 def digits_over_rows(
     columns: Mapping[str, Array], errors: Mapping[str, Array], start: InitialState, bits: int
 ) -> Array:
-    """Correct digits of the worst component of many states, by the rule of ``mechanics.digits``.
-
-    ``columns`` of a state and their ``errors`` are float64 arrays over rows, in SI.
-    """
+    """Correct digits of the worst component of many states, from columns and errors in SI."""
     unit = {n: float(start.units.of_dimension(STATE_DIMENSIONS[n])) for n in columns}
     with numpy.errstate(all="ignore"):
         own = {name: values / unit[name] for name, values in columns.items()}
@@ -423,9 +395,7 @@ def digits_of_time(error: Array, time: Array, unit: float) -> Array:
         return numpy.maximum(-numpy.log10(error / numpy.maximum(time, unit)), 0.0)
 
 
-# Digits by which an estimate must exceed the requested ones: a reference run that errs by a tenth
-# of the run's error is off by half of that.
-RESERVE = 0.1
+RESERVE = 0.1  # Digits by which an estimate must exceed the requested ones; its error is 0.05.
 LOSS = 2.0  # Digits of the tolerance that most scenes lose.
 MOST_DIGITS = 300  # Errors are doubles, of which the smallest is 1e-308.
 FEWEST_BITS_OF_MP = 128
@@ -455,12 +425,8 @@ LADDER = (
 def integrate_to_digits(digits: Any, scene: Scene, run: Callable[[Level], Solution]) -> Solution:
     """Return the solution from the first level that delivers ``digits`` throughout.
 
-    The error estimate of the run decides, for every component at every sample, in every event and
-    at the end. The next level adds the digits that are missing. Where the signs of events stay
+    The next level adds the digits that the estimate lacks. Where the signs of events stay
     unresolved, finer arithmetics follow while they resolve more.
-
-    Raises ``InputError``: the digits are not a whole number in range, or two levels of mp in a row
-    gain nothing.
     """
     whole_number(digits, "digits", 1, MOST_DIGITS)
     refused, needed, best = refused_in_doubles(scene), digits + LOSS, -math.inf

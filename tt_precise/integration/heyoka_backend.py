@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from tt_precise.integration.columns import Row
 from tt_precise.integration.equations import Equations, longest_step
 from tt_precise.integration.precision import LONG_DOUBLES
-from tt_precise.integration.setup import Setup, full_tolerance, no_contact_at_start
+from tt_precise.integration.setup import Setup, ended_at_start, full_tolerance
 from tt_precise.integration.solution import Propagation, Segment, require_few_steps
 from tt_precise.integration.steps import Steps, join, of_heyoka
 from tt_precise.integration.zeros import Zeros
@@ -24,8 +24,8 @@ from tt_precise.scene.scene import InitialState, Scene
 
 LONGEST = 2.0**40  # No propagation whose state has the time gets so far: the state ends it.
 MOST_SAMPLES = 20_000  # States that are stored of a run at its sample times.
-# How far LLVM optimises. Compact code in double has the bits of level 3 at level 1, in 0.6 of the
-# time. Wider types have them at level 0, in a seventh of it: a library does their operations.
+# How far LLVM optimises: compact code in double has the bits of level 3 at level 1, wider types at
+# level 0, because a library does their operations.
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
@@ -34,9 +34,8 @@ POOLED_KINDS = 6  # Idle integrators of so many kinds are pooled: each takes 3 t
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
     """Refuse numbers that heyoka does not have, and motions in several segments."""
-    if setup.precision.doubles:
-        return f"{scene.name}: got {setup.precision.name}, expected one of heyoka's precisions"
-    return f"{scene.name}: got a motion in segments" if scene.in_pieces else None
+    refused = setup.precision.doubles or scene.in_pieces
+    return f"{scene.name}: got several doubles or segments" if refused else None
 
 
 def run(
@@ -62,7 +61,7 @@ def sample_times(start: InitialState, scene: Scene) -> Array:
 
 
 class TaylorRun:
-    """A propagation so far: its steps, their number, and its events."""
+    """A propagation so far: its steps, their number, its events, and losses of contact."""
 
     def __init__(
         self, setup: Setup, start: InitialState, progress: Progress | None = None,
@@ -72,7 +71,8 @@ class TaylorRun:
         clock, context = setup.phase.has_clock, setup.precision.context
         self.goal = until or (context.mpf(LONGEST) if clock else start.until)
         self.blocks, self.steps = list[Steps](), 0
-        self.zeros, self.losses = Zeros(setup, start), int(no_contact_at_start(setup, start))
+        pulled = setup.contact == "bilateral" and ended_at_start(start, "unilateral", context)
+        self.zeros, self.losses = Zeros(setup, start), int(bool(pulled))
 
     def add(self, block: Steps) -> None:
         """Keep the next steps, and find their events."""
@@ -105,12 +105,8 @@ def propagate(
     """Propagate once from ``start`` to ``until`` or to the horizon of the start.
 
     A run in double that looks for no events has Taylor steps only if ``series`` asks for them, and
-    otherwise its states at ``samples``; wider arithmetics take longer than their series. A
-    propagation that produces NaN ends at its last good step and has the status "failed", as has a
-    propagation whose steps are too short ever to reach the horizon.
-
-    Raises ``InputError``: there are too many events or steps, or the function of an event became
-    undefined.
+    otherwise its states at ``samples``; wider arithmetics take longer than their series. A run has
+    the status "failed", at its last good step, if it produces NaN or steps that are too short.
     """
     series = series or bool(setup.events) or not setup.precision.is_float
     with pooled(build, setup.but(events=())) as integrator:
@@ -133,11 +129,7 @@ def propagate(
 
 
 class _BlockwiseRun(TaylorRun):
-    """A propagation by blocks of steps.
-
-    Between the blocks, and between the steps of wide arithmetics, Python runs: then progress is
-    reported and Ctrl-C works.
-    """
+    """A propagation by blocks of steps, between which Ctrl-C works and progress is reported."""
 
     def __init__(
         self, setup: Setup, start: InitialState, integrator: Integrator,
@@ -152,7 +144,7 @@ class _BlockwiseRun(TaylorRun):
         self.limits: dict[str, Any] = {"max_steps": precision.kind.steps}
         if longest is not None:
             self.limits["max_delta_t"] = precision.number(longest)
-        if precision.kind.in_software:
+        if not precision.is_float:
             self.limits["callback"] = lambda adaptive: self.report(adaptive.time)
 
     @property
@@ -164,10 +156,9 @@ class _BlockwiseRun(TaylorRun):
         return sum(map(widen, self.adaptive.dtime)), row, self.adaptive.order
 
     def propagate(self, series: bool, samples: Array | None) -> Any:
-        """Propagate to the goal and return heyoka's outcome.
+        """Propagate to the goal, with states at the samples if these fit in a block of steps.
 
-        States at the samples exist if the first block reaches the last sample: otherwise heyoka
-        would begin another grid a rounding away from the end of the last step.
+        heyoka would begin a second grid a rounding away from the end of the last step.
         """
         first = self.setup.precision.context.mpf(self.setup.phase.first_step)
         if 0 < first < self.goal:
@@ -184,11 +175,7 @@ class _BlockwiseRun(TaylorRun):
         return self._advance(self.goal, series) if outcome == outcomes().step_limit else outcome
 
     def _advance(self, goal: Scalar, series: bool) -> Any:
-        """Propagate to a goal block by block.
-
-        heyoka's outcome is ``step_limit`` if a whole block covered less than eps of the horizon
-        (mu = 1e300): the rest would take 1/eps more blocks.
-        """
+        """Propagate to a goal; ``step_limit`` if a block covers less than eps of the horizon."""
         precision, adaptive, limit = self.setup.precision, self.adaptive, outcomes().step_limit
         while True:
             before = adaptive.time
@@ -229,18 +216,13 @@ def status_of(outcome: Any, terminal: tuple[str, ...]) -> str:
     """The status of a propagation that heyoka ended with ``outcome``."""
     if outcome == outcomes().time_limit:
         return "complete"
-    if outcome == outcomes().err_nf_state:
-        return "failed"
     index = -1 - int(outcome)
     return terminal[index] if 0 <= index < len(terminal) else "failed"
 
 
 @dataclass
 class Integrator:
-    """A ``heyoka.taylor_adaptive``, and the events that end or switch a motion.
-
-    ``losses`` has entries if g_n fell through 0 in a run that goes on there.
-    """
+    """A ``heyoka.taylor_adaptive``, the events that end or switch a motion, losses of contact."""
 
     adaptive: Adaptive
     terminal: tuple[str, ...]
@@ -300,8 +282,7 @@ def build(setup: Setup) -> Integrator:
 def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
     precision = setup.precision
-    # compact_mode compiles wide types in half a second instead of 26 s, and runs as fast; double
-    # then takes twice as long, which does not matter for brief segments
+    # compact code compiles wide types in 0.5 s instead of 26 s; double then takes twice as long
     kind = "wide" if not precision.is_float else "compact" if setup.phase.brief else "loop"
     tolerance = precision.context.mpf(setup.tolerance) or full_tolerance(precision)
     return {

@@ -1,8 +1,4 @@
-"""One propagation in double-double or triple-double, by ``taylor`` instead of heyoka.
-
-This module computes steps, series, events and ends; equations, event functions and the ends of a
-phase are those of the heyoka backend.
-"""
+"""One propagation in double-double or triple-double, by ``taylor`` instead of heyoka."""
 
 from __future__ import annotations
 
@@ -71,10 +67,7 @@ def _compiled(setup: Setup, brief: bool) -> tuple[System, tuple[str, ...]]:
 def propagate_in_doubles(
     setup: Setup, start: InitialState, *, progress: Progress | None = None
 ) -> Propagation:
-    """Propagate once; numbers have guard bits, and are rounded on conversion to doubles.
-
-    Raises ``InputError``: there are too many events or steps.
-    """
+    """Propagate once; numbers have guard bits, and are rounded on conversion to doubles."""
     run, precision = _DoublesRun(setup, start, progress), setup.precision
     tolerance = float(setup.tolerance or full_tolerance(precision))
     order, row = order_of(tolerance), start.first_row(setup.formulation, setup.record)

@@ -1,7 +1,7 @@
 """Working precisions, and the arithmetics of arrays in which runs are read.
 
-A number for an integrator is computed in mpmath with guard bits and rounded once, as a decimal
-string for heyoka's wide types; a number from an integrator is converted exactly.
+A number for an integrator is computed in mpmath with guard bits and rounded once; a number from an
+integrator is converted exactly.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -38,21 +39,18 @@ LARGEST_EXACT = 2**53  # Integers up to this limit are doubles; their quotient i
 class Kind(NamedTuple):
     """The properties of an arithmetic: its bits, and the number of doubles in its numbers.
 
-    ``steps`` is the number of heyoka's steps between two tests for Ctrl-C, 0.2 s or more;
-    ``in_software`` marks types without hardware support, where Python may run between any two.
+    ``steps`` is the number of heyoka's steps between two tests for Ctrl-C, 0.2 s or more.
     """
 
     bits: int
     doubles: int = 0
     steps: int = 0
-    in_software: bool = False
 
 
 # Two and three doubles hold 106 and 159 bits, of which their sums and products leave these.
 KINDS = {
     "double": Kind(53, steps=20_000), "double-double": Kind(104, doubles=2),
-    "quad": Kind(113, steps=200, in_software=True), "triple-double": Kind(155, doubles=3),
-    "mp": Kind(200, steps=200, in_software=True),
+    "quad": Kind(113, steps=200), "triple-double": Kind(155, doubles=3), "mp": Kind(200, steps=200),
 }  # fmt: skip
 
 
@@ -61,6 +59,11 @@ class Hardware:
 
     def __init__(self, kind: str):
         self.kind = kind
+
+    @staticmethod
+    def precision() -> AbstractContextManager[Any]:
+        """Return the context in which arrays are read, without warnings of undefined values."""
+        return numpy.errstate(all="ignore")
 
     def number(self, value: Scalar) -> Scalar:
         """Convert a number of mpmath or Python."""
@@ -115,8 +118,7 @@ def times_in(numbers: Numbers, values: Sequence[Scalar]) -> Array:
 class Precision:
     """A precision by name: ``double``, ``quad`` and ``mp`` of heyoka, or a sum of doubles.
 
-    ``double-double`` and ``triple-double`` are precisions of ``taylor``; outside ``taylor`` their
-    numbers are mpmath's.
+    Outside ``taylor`` the numbers of ``double-double`` and ``triple-double`` are mpmath's.
     """
 
     name: str
@@ -195,12 +197,9 @@ class Precision:
         context, bits = self.context, self.bits
         if self.is_float:
             return lambda value: context.mpf(float(value))
-        if self.doubles:
-            return lambda value: value
 
         def convert(value: Scalar) -> Scalar:
-            # a number is printed with enough digits to recover it, by rounding to its own bits
-            text = str(value)
+            text = str(value)  # with enough digits to recover the number, rounded to its bits
             if "nan" in text:  # a quotient of zeros has a sign
                 return context.nan
             return context.make_mpf(mpmath.libmp.from_str(text, bits, "n"))
@@ -234,10 +233,7 @@ class Precision:
 
 
 def precision_named(name: str, bits: int | None = None) -> Precision:
-    """The precision called ``name``; ``bits`` only for ``mp``.
-
-    Raises ``InputError``: unknown name, or bits for a type that has its own.
-    """
+    """The precision called ``name``; ``bits`` only for ``mp``."""
     require_name("precision", name, KINDS)
     if bits is None:
         return Precision(name, KINDS[name].bits)

@@ -7,7 +7,6 @@ precise enough; other runs are read in arrays of numbers with guard bits (``mpfr
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager
 from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
@@ -30,20 +29,11 @@ FALLING = -1  # the speed where the top sticks, the margin to the cone where it 
 
 
 class States(NamedTuple):
-    """The states of a run within one segment: an array for each component.
-
-    ``index`` are their positions among the times.
-    """
+    """The states of a run within one segment, at the positions ``index`` of the times."""
 
     segment: Segment
     index: Array
     row: Sequence[Array]
-
-
-def rounding_of(numbers: Any) -> AbstractContextManager[Any]:
-    """Return the context in which arrays of an arithmetic are read."""
-    hardware = isinstance(numbers, Hardware)
-    return numpy.errstate(all="ignore") if hardware else numbers.precision()
 
 
 def at_times(run: Solution, times: Array, numbers: Any, *, samples: bool = False) -> list[States]:
@@ -60,13 +50,10 @@ def at_times(run: Solution, times: Array, numbers: Any, *, samples: bool = False
 
 
 def states_at(run: Solution, times: Sequence[Fraction] | Array, numbers: Any) -> list[States]:
-    """Evaluate the states at exact times in s, in an arithmetic of arrays.
-
-    Raises ``InputError``: a time lies outside the trajectory.
-    """
+    """Evaluate the states at exact times in s within the trajectory."""
 
     def compute() -> list[States]:
-        with rounding_of(numbers):
+        with numbers.precision():
             if isinstance(numbers, Hardware) and times is run.scene.sample_times:
                 return at_times(run, sample_times(run.start, run.scene), numbers, samples=True)
             seconds, end = numbers.of_fractions(times), times_in(numbers, [run.end])[0]
@@ -107,8 +94,7 @@ def table(
 ) -> dict[Any, Array]:
     """``t`` and the named columns at exact ``times`` in s, by default at the samples.
 
-    Numbers of double are a float64 array with NaN where a value is undefined; wider ones are an
-    array of objects, and text is a list, with None there. With a pose that was not recorded the
+    Undefined values are NaN in float64 arrays, else None. With a pose that was not recorded the
     columns are those of a run that records it.
     """
     if any(name in POSE_NAMES and name not in run.setup.record for name in names):
@@ -120,28 +106,21 @@ def table(
         run.columns.dimension(name)  # refuses an unknown name where there are no times too
     kind = float if is_float else object
     columns: dict[Any, Any] = {name: numpy.empty(len(times), dtype=kind) for name in names}
-    with rounding_of(arrays):
+
+    def seconds() -> Array:
+        return numpy.array(times, dtype=float) if is_float else arrays.of_fractions(times)
+
+    with arrays.precision():
         for segment, index, row in states_at(run, times, arrays):
             for name, values in segment.columns.of_arrays(names, row, arrays).items():
                 columns[name][index] = values
-        t = seconds_of(run, times) if is_float else arrays.of_fractions(times)
-        every = {"t": t, **columns}
+        own = times is run.scene.sample_times
+        every = {"t": run.start.once("seconds", seconds) if own else seconds(), **columns}
         return {name: converted(run, values, numbers) for name, values in every.items()}
 
 
-def seconds_of(run: Solution, times: Sequence[Fraction] | Array) -> Array:
-    """Return times in s as doubles; those of the scene's samples are converted once."""
-    if times is not run.scene.sample_times:
-        return numpy.array(times, dtype=float)
-    seconds: Array = run.start.once("seconds", lambda: numpy.array(times, dtype=float))
-    return seconds
-
-
 def with_quadratures(run: Solution) -> Solution:
-    """The run with phi, psi, x and y recorded; integrated again if necessary.
-
-    Raises ``InputError``: the axis is exactly vertical at some time.
-    """
+    """The run with phi, psi, x and y recorded; integrated again if necessary."""
     if set(RECORDABLE) <= set(run.setup.record):
         return run
     again = run.once(with_quadratures, lambda: run.again(record=RECORDABLE, events=()))
@@ -166,10 +145,7 @@ def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
 
 
 def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
-    """Columns of the events in order of time: name, t, direction, and the columns ``names``.
-
-    An event that ends a segment has the values just before it.
-    """
+    """Columns of the events in order of time: name, t, direction, and ``names``."""
     for name in names:
         run.columns.dimension(name)  # refuses an unknown name where there are no events too
     arrays: Any = run.precision.numbers
@@ -178,7 +154,7 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
         name: [numpy.empty(0, dtype=kinds.get(name, float))]
         for name in ("name", "t", "direction", *names)
     }
-    with rounding_of(arrays):
+    with arrays.precision():
         unit = arrays.number(run.start.units.time)
         for segment in run.segments:
             parts = [segment.run.events.hits]
@@ -248,8 +224,6 @@ def drift_columns(
 
     NAME is an integral of the motion or a quantity with its value, or any quantity: the change
     since the start over its value there, or over its largest value if it starts at 0 (``changes``).
-
-    Raises ``InputError``: there is no such quantity.
     """
     laws, arrays, times = integrals(run), run.precision.numbers, run.sample_times
     known = {n: QUANTITIES[n] for n in QUANTITIES if n in run.columns.dimensions} | laws
@@ -260,7 +234,7 @@ def drift_columns(
             raise wrong_name("column", name, laws, also, expected=expected)
     kind = arrays.kind if isinstance(arrays, Hardware) else object
     drifts = {name: numpy.empty(len(times), dtype=kind) for name in names}
-    with rounding_of(arrays):
+    with arrays.precision():
         first = run.segments[0]
         start = first.columns.array_motion([arrays.array([x]) for x in first.start_row], arrays)
         for segment, index, row in states_at(run, times, arrays):

@@ -47,9 +47,8 @@ Events = str | Own | Iterable[Asked | Own]
 class Setup:
     """The settings of an integration; runs with equal setups share a compiled integrator.
 
-    ``formulation`` and ``phase`` are those at the start, ``record`` are quadratures; ``tolerance``
-    is relative, 0 for the full accuracy of the precision. ``further`` are columns of the scene's
-    states that a rigid contact does not have.
+    ``formulation`` and ``phase`` are those at the start; a ``tolerance`` of 0 is the full accuracy
+    of the precision; ``further`` are columns of states that a rigid contact does not have.
     """
 
     formulation: Formulation
@@ -124,9 +123,6 @@ class Setup:
 def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
     """The requested ``events``: names with commas or in an iterable, "all" of a model, functions.
 
-    A function of the motion has an event with its name at each change of sign, a quantity one at
-    each extremum.
-
     Raises ``InputError``: one has another type, or a function the name of an event.
     """
     names = listed(events) if isinstance(events, str) else events
@@ -153,8 +149,8 @@ def asked_for(events: Events, model: str) -> tuple[Asked, ...]:
 def full_tolerance(precision: Precision) -> Scalar:
     """The tolerance below which an arithmetic gains nothing, as an mpmath number.
 
-    In double it is eps/16: at eps heyoka takes order 20, whose truncation error shows in lambda in
-    addition to the rounding (6e-15 against 2e-15 on the reference scene); order 21 costs 5 %.
+    In double at eps heyoka takes order 20, whose truncation error shows in lambda beside the
+    rounding (6e-15 against 2e-15 on the reference scene); order 21, at eps/16, costs 5 %.
     """
     return precision.eps / 16 if precision.is_float or precision.doubles else precision.eps
 
@@ -220,10 +216,7 @@ def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContac
 
 
 def require_contact(name: str, start: InitialState, fn: Functions, contact: str) -> None:
-    """Refuse a start, of the scene ``name``, that the model does not cover.
-
-    Raises ``InputError``: the top would not stay on the table at t = 0.
-    """
+    """Raise ``InputError`` if the top, of the scene ``name``, begins off the table."""
     status = ended_at_start(start, contact, fn)
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
     if status == "singular_contact":
@@ -237,9 +230,3 @@ def require_contact(name: str, start: InitialState, fn: Functions, contact: str)
             'the top is not on the table; lower the start\'s rates, or use contact="bilateral" to '
             "continue past loss of contact"
         )
-
-
-def no_contact_at_start(setup: Setup, start: InitialState) -> bool:
-    """True if g_n is not positive at the start of a run that ignores the contact."""
-    bilateral = setup.contact == "bilateral"
-    return bilateral and ended_at_start(start, "unilateral", setup.precision.context) is not None

@@ -51,9 +51,8 @@ def require_few_steps(steps: int, time: float, horizon: float) -> None:
 class Propagation(NamedTuple):
     """The outcome of an integrator, in dimensionless mpmath numbers.
 
-    ``series()`` gives the Taylor steps; in double it repeats the propagation, because a run that
-    is only read at its samples does not need them. ``samples`` are the states at the rounded sample
-    times, axes (time, component), if the integrator has stored them.
+    ``series()`` gives the Taylor steps; in double it repeats the propagation. ``samples`` are the
+    states at the rounded sample times, axes (time, component), if the integrator stored them.
     """
 
     status: str
@@ -70,8 +69,7 @@ class Propagation(NamedTuple):
 class Segment:
     """A segment under one set of equations from ``begin`` on (dimensionless, with guard bits).
 
-    ``ended`` is the event that joins it to the next segment; "" if only the equations change, and
-    for the last segment.
+    ``ended`` is the event between the segment and the next; "" if only the equations change.
     """
 
     begin: Scalar
@@ -120,11 +118,7 @@ class Segment:
             return tuple(mpfr.back(x[0]) for x in moved)
 
     def at(self, times: Array, numbers: Any, *, samples: bool = False) -> list[Array]:
-        """Evaluate the state at times since ``begin``, in an arithmetic of arrays.
-
-        A run in double reads the integrator's own evaluation up to the end, or the stored
-        ``samples`` if these are the times.
-        """
+        """Evaluate the state at times since ``begin``, or read the stored ``samples``."""
         first = (times <= 0).astype(bool)
         last = (times >= times_in(numbers, [self.end_time])[0]).astype(bool)
         hardware, delay = isinstance(numbers, Hardware), None
@@ -162,8 +156,8 @@ class Segment:
 class PhaseInterval(NamedTuple):
     """A segment of a motion under one model: times in s, and the status at its end.
 
-    ``status`` is one of ``events.JOINING`` if another segment follows, else the trajectory's.
-    ``leaves`` is true if the top leaves the table at the end.
+    ``status`` is a mode switch if another segment follows, else the trajectory's; ``leaves`` is
+    true if the top leaves the table at the end.
     """
 
     model: str
@@ -175,10 +169,7 @@ class PhaseInterval(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solution(Memory):
-    """A scene, its start in the arithmetic of a set-up, and the segments from there.
-
-    ``reading`` has the columns and events of a solution, ``errors`` its errors.
-    """
+    """A scene, its start in the arithmetic of a set-up, and the segments from there."""
 
     scene: Scene
     setup: Setup
@@ -259,10 +250,7 @@ class Solution(Memory):
         return (*(t for t in self.scene.sample_times if t < end), end)
 
     def dimensionless_time(self, t: Scalar) -> Scalar:
-        """A time in s as a dimensionless time with guard bits.
-
-        Raises ``InputError``: it lies outside the trajectory.
-        """
+        """A time in s, within the trajectory, as a dimensionless time with guard bits."""
         exact, end = as_fraction(t), as_fraction(self.end)
         if not 0 <= exact <= end * (1 + TIME_TOLERANCE):
             raise InputError(
@@ -287,9 +275,9 @@ class Solution(Memory):
 
 
 def backends(scene: Scene) -> Iterator[Any]:
-    """The integrators for a scene; each is imported when the earlier ones have refused.
+    """Give the integrators for a scene, each imported when the earlier ones have refused.
 
-    They are modules with ``refuses(scene, setup)``, which gives a reason in one line, or None, and
+    They are modules with ``refuses(scene, setup)``, which gives a reason or None, and
     ``run(scene, setup, start, progress)``, which integrates the segments.
     """
     here, pieces = "tt_precise.integration", [IN_PIECES] if scene.in_pieces else []

@@ -112,8 +112,7 @@ def join(blocks: Sequence[Steps], size: int) -> Steps:
 def of_heyoka(output: ContinuousOutput, setup: Setup, start: InitialState) -> Steps:
     """Return the steps of heyoka's continuous output.
 
-    heyoka evaluates in a buffer that its next evaluation overwrites, so that one thread at a time
-    evaluates, at times that its type of number can represent; ``shifted`` moves the state on.
+    heyoka evaluates in a buffer that its next evaluation overwrites: one thread at a time may.
     """
     precision, series, lock = setup.precision, output.tcs, threading.Lock()
     begin, span = output.times[:-1].astype(float), numpy.diff(output.times)

@@ -9,14 +9,8 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy
 
+from tt_precise.integration import errors
 from tt_precise.integration.columns import POSE, State, expanded
-from tt_precise.integration.errors import (
-    Level,
-    errors_of,
-    events_with_errors,
-    integrate_to_digits,
-    table_with_errors,
-)
 from tt_precise.integration.reading import Drifts, Numbers, drift_over_time, end_state, state_at
 from tt_precise.integration.setup import Events, Setup, asked_for
 from tt_precise.integration.solution import SLOW, Solution, solve
@@ -53,8 +47,7 @@ class Trajectory:
     ``integrate(..., sensitivity=[...])``.
 
     Errors are estimated by a further run, which is integrated when they are first asked for.
-    Several threads may read from one trajectory. A pickle contains the scene and the set-up, no
-    numbers and no code: unpickling integrates again.
+    Several threads may read from one trajectory. Unpickling integrates again.
     """
 
     sensitivity: Derivatives
@@ -66,7 +59,7 @@ class Trajectory:
         self.pieces, self.t_end, self.sample_times = run.pieces, run.t_end, run.sample_times
         self.event_counts, self.touches = run.event_counts, run.events_with("touches")
         self.unresolved, self.tolerance = run.events_with("unresolved"), run.tolerance
-        self.errors = errors_of(run)
+        self.errors = errors.errors_of(run)
         self._names = listed(sensitivity)
         if self._names:
             from tt_precise.integration.derivatives import Derivatives
@@ -101,10 +94,10 @@ class Trajectory:
     def state(self) -> State:
         """The state at ``t_end``; it prints with its errors once these are known."""
         state = end_state(self.run)
-        errors = dict(self.errors.at_end) if self.errors.available else {}
-        if end := errors.pop("t_end", 0):
-            errors["t"] = end
-        return State(state.t, state.values, self.precision, errors)
+        known = dict(self.errors.at_end) if self.errors.available else {}
+        if end := known.pop("t_end", 0):
+            known["t"] = end
+        return State(state.t, state.values, self.precision, known)
 
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.
@@ -161,7 +154,7 @@ class Trajectory:
             several = several and getattr(times, "shape", None) != ()
             times = tuple(map(as_fraction, times if several else [times]))
         columns = expanded(names or self.run.columns.names)
-        return table_with_errors(self.run, columns, times, numbers)
+        return errors.table_with_errors(self.run, columns, times, numbers)
 
     @property
     def error_estimate(self) -> dict[str, Scalar]:
@@ -198,7 +191,8 @@ class Trajectory:
 
     def event_table(self, names: Sequence[Any] | None = None) -> dict[str, Array]:
         """The columns of ``event_frame``, by default those of the state."""
-        return events_with_errors(self.run, self.run.columns.names if names is None else names)
+        names = self.run.columns.names if names is None else names
+        return errors.events_with_errors(self.run, names)
 
     @cached_property
     def drift(self) -> dict[str, Any]:
@@ -221,7 +215,8 @@ class Trajectory:
         """
         from tt_precise.integration.views import figure
 
-        return figure(self.run, expanded(names), _runs(beside), label or self.scene.name)
+        others = {its_label: other.run for its_label, other in (beside or {}).items()}
+        return figure(self.run, expanded(names), others, label or self.scene.name)
 
     def animate(
         self,
@@ -242,7 +237,8 @@ class Trajectory:
         if path is None:
             path = f"{self.scene.name}.html"
             print(f"{path}: open it in a browser")
-        return animate(self.run, path, others=_runs(beside), **options)
+        others = {its_label: other.run for its_label, other in (beside or {}).items()}
+        return animate(self.run, path, others=others, **options)
 
     @cached_property
     def inversion(self) -> InversionTimes:
@@ -264,10 +260,6 @@ class Trajectory:
         from tt_precise.integration.inversion import errors_of_times
 
         return errors_of_times(self.run)
-
-
-def _runs(beside: Mapping[str, Trajectory] | None) -> dict[str, Solution]:
-    return {label: other.run for label, other in (beside or {}).items()}
 
 
 def integrate(
@@ -328,7 +320,7 @@ def integrate(
     record = None if record is None else listed(record)
     watched = None if events is None else asked_for(events, loaded.model)
 
-    def run(level: Level) -> Solution:
+    def run(level: errors.Level) -> Solution:
         setup = Setup.of(
             loaded, level.precision, bits=level.bits, tolerance=level.tolerance,
             formulation=formulation, events=watched, record=record, contact=contact,
@@ -336,7 +328,8 @@ def integrate(
         return solve(loaded, setup, progress)
 
     if digits is None:
-        return Trajectory(run(Level(precision or "double", tolerance, bits)), sensitivity)
+        level = errors.Level(precision or "double", tolerance, bits)
+        return Trajectory(run(level), sensitivity)
     if precision or bits or tolerance:
         raise InputError("digits: got a precision, bits or a tolerance too, which digits choose")
-    return Trajectory(integrate_to_digits(digits, loaded, run), sensitivity)
+    return Trajectory(errors.integrate_to_digits(digits, loaded, run), sensitivity)

@@ -41,11 +41,7 @@ def figure(
     others: Mapping[str, Solution] = MappingProxyType({}),
     label: str = "",
 ) -> Figure:
-    """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named.
-
-    Every panel of a column has the curves of the ``others`` too, under their labels, next to
-    this run's ``label``.
-    """
+    """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named."""
     panels: list[tuple[Name, ...]] = [(name,) for name in names or (["theta"] if others else [])]
     if not panels:
         drifts = tuple(f"{DRIFT}{name}" for name in reading.drift_over_time(run))
@@ -128,10 +124,7 @@ class Page(PosixPath):
 
 
 def require_animation(path: str | Path) -> Page:
-    """Refuse a file that is no page, before anything is computed.
-
-    Raises ``InputError``: another ending than .html.
-    """
+    """Refuse a file that is no page, before anything is computed."""
     if Path(path).suffix.lower() != ".html":
         raise InputError(f"animate: got {path}, expected a name that ends in .html")
     return Page(path)
@@ -149,11 +142,7 @@ def animate(
 ) -> Page:
     """Write the page on which ``run`` and ``others`` move from ``begin`` to ``end`` (s).
 
-    The page plays in a browser without a network, with a slider and several speeds; at the speed
-    that is chosen first it takes about ``seconds``.
-
-    Raises ``InputError``: another ending than .html, an empty span of time, or a trajectory without
-    a pose.
+    The page plays in a browser without a network; it takes about ``seconds`` at first.
     """
     target = require_animation(path)
     if not 0 < seconds < numpy.inf:

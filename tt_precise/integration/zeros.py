@@ -1,9 +1,8 @@
 """``Zeros``: the events of a run, found in the Taylor polynomials of its steps.
 
-An event is a change of sign of a function along the solution. The sign of a value counts where the
-value exceeds its error; elsewhere the value is undecided. Only the signs in order of time matter:
-- 0 0 + is one event, + 0 + is a tangency, and a function that stays undecided between several
-extrema is lost in noise.
+The sign of a value counts where the value exceeds its error; elsewhere the value is undecided. Only
+the signs in order of time matter: - 0 0 + is one event, + 0 + is a tangency, and a function that
+stays undecided between several extrema is lost in noise.
 
 Values at Chebyshev nodes give a polynomial of each function on each step. Bernstein coefficients of
 one sign exclude a zero, and one change of sign proves one. Other steps are divided until the
@@ -14,7 +13,7 @@ open. Where a function vanishes at the exact start, its value with guard bits de
 The error of a function follows from the errors of the components (Wilkinson's running error
 analysis). Each step adds to the relative error of a component a rounding and the terms that the
 step leaves out; a component has at least the error that its rate makes of the errors of the others
-in a step. This is a model, not a bound: the model ignores how the motion amplifies errors.
+in a step. This model, no bound, ignores how the motion amplifies errors.
 
 All functions share one axis of positions: the steps of the function i begin at i (steps + 1).
 """
@@ -37,14 +36,7 @@ from tt_precise.integration.setup import Setup
 from tt_precise.integration.steps import Steps
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.scene import InitialState
-from tt_precise.taylor.interpolation import (
-    Polynomials,
-    extrema,
-    nodes,
-    sign_changes,
-    through,
-    zero_between,
-)
+from tt_precise.taylor import interpolation
 from tt_precise.taylor.series import Rounded, Sized, SizedFunctions, TaylorSeries
 
 NODES = 10  # Chebyshev nodes of a polynomial; where it leaves out too much, the step is divided.
@@ -54,19 +46,16 @@ ROUNDING = 2.0**-53  # Relative error of a rounding in double.
 OMITTED = math.exp(-2)
 MOST_STEPS_AT_ONCE = 4096  # bounds memory to 50 MB
 # Largest distance of a polynomial from its function, relative to its largest value: extreme values
-# are then off by the square of it, less than a rounding of the values they are decided among.
+# are then off by its square.
 SHAPE = 2.0**-16
 SINGLE = 2.0**-10  # The same where a polynomial has one zero, which only begins secants.
 BISECTIONS = 30  # Halvings of a step, which leave 2^-30 of the step to a bend.
-MOST_INTERVALS = 10_000  # Intervals of steps that are divided at once; bounds memory to 50 MB.
-# Smallest value at a zero, relative to the values beside it, that shows a jump: halving ends at a
-# value of rounding, 2^-53 of them, where a function is continuous, and at 1 beside a step.
+# Smallest value at a zero, relative to the values beside it, that shows a jump: a continuous
+# function is refined to a rounding.
 JUMP = 2.0**-3
-# Undecided points in a row that a tangency explains: an extremum, and the ends of its part.
-TANGENCY = 3
+TANGENCY = 3  # Undecided points in a row: an extremum, and the ends of its part.
 GUARD = 2.0**-40  # Error of a value at the exact start, in errors of the run; 64 bits less 24.
-# Largest number of secants to a zero, for each bit: at a triple zero each gains 0.4 bits.
-SECANTS_PER_BIT = 3
+SECANTS_PER_BIT = 3  # At most so many for each bit: at a triple zero each secant gains 0.4 bits.
 # Relative error of a polynomial's slope over the error of its zero in a step: the square of the
 # number of nodes bounds a derivative (Markov).
 SLOPE = 2.0**7
@@ -77,10 +66,7 @@ FLATTEST = 2.0**-16
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Events in columns: names, times, directions, and states, an array for each component.
-
-    Numbers are dimensionless, in the arithmetic in which the run is read.
-    """
+    """Events in columns: names, times, directions, and states, an array for each component."""
 
     name: Array
     time: Array
@@ -90,17 +76,11 @@ class Hits:
     def __len__(self) -> int:
         return len(self.name)
 
-    def of(self, rows: Array | slice) -> Hits:
-        """Return some of the events."""
-        state = tuple(x[rows] for x in self.state)
-        return Hits(self.name[rows], self.time[rows], self.direction[rows], state)
-
 
 class FoundEvents(NamedTuple):
     """The events in order of time, and names of functions whose sign is undecided somewhere.
 
-    Those that ``touches`` names are zero at a tangency, or everywhere, or ``unresolved``: below
-    their error over several extrema, so that events may be missing there.
+    ``touches`` are at a tangency, or everywhere, or ``unresolved``: over several extrema.
     """
 
     hits: Hits
@@ -116,9 +96,9 @@ def nothing_found(setup: Setup) -> FoundEvents:
 
 
 class Zeros:
-    """A search for the events of a set-up, from the steps of a run block by block.
+    """A search for events block by block; ``continued`` runs may begin with undefined functions.
 
-    With ``continued`` functions may be undefined where the run begins.
+    Raises ``InputError``: there are too many events, or a function jumps or is undefined.
     """
 
     def __init__(self, setup: Setup, start: InitialState, *, continued: bool = False):
@@ -136,10 +116,7 @@ class Zeros:
         self._continued = continued or bool(start.row)
 
     def search(self, steps: Steps) -> None:
-        """Find the events in the next steps.
-
-        Raises ``InputError``: there are too many, or a function jumps or is undefined.
-        """
+        """Find the events in the next steps."""
         with numpy.errstate(all="ignore"), self.setup.precision.mpfr.precision():
             for first in range(0, len(steps) if self.events else 0, MOST_STEPS_AT_ONCE):
                 self._search(steps.of(slice(first, first + MOST_STEPS_AT_ONCE)))
@@ -150,7 +127,7 @@ class Zeros:
         self._exact_start = not (self._continued or steps.begin[0])
         # the series of an onset, where the contact point was at rest
         self._after_rest = self._continued and self.count == 1 and not steps.begin[0]
-        row = steps.sampled(nodes(NODES))
+        row = steps.sampled(interpolation.nodes(NODES))
         table = numpy.empty((NODES, len(self.events), self.count))
         for i, value in enumerate(self._values(range(len(self.events)), row, numpy)):
             table[:, i] = value
@@ -171,9 +148,11 @@ class Zeros:
         hits = nothing_found(self.setup).hits
         if self._hits:
             columns = ((h.name, h.time, h.direction, *h.state) for h in self._hits)
-            name, time, direction, *state = map(numpy.concatenate, zip(*columns, strict=True))
+            every = list(map(numpy.concatenate, zip(*columns, strict=True)))
+            order = numpy.argsort(every[1], kind="stable")
+            name, time, direction, *state = (column[order] for column in every)
             hits = Hits(name, time, direction, tuple(state))
-        return FoundEvents(hits.of(numpy.argsort(hits.time, kind="stable")), *names)
+        return FoundEvents(hits, *names)
 
     def broken(self, which: Sequence[int], time: float) -> InputError:
         """Return the refusal of functions that jump or are undefined at a dimensionless time."""
@@ -227,10 +206,7 @@ class Zeros:
     def _evaluate(
         self, numbers: Any, which: Array, step: Array, inside: Array
     ) -> tuple[Array, Sequence[Array]]:
-        """Evaluate functions, and the components, at a position in each step.
-
-        In double there may be a row of positions in each step.
-        """
+        """Evaluate functions, and components, at a position (in double, several) in each step."""
         if numbers is DOUBLES:
             row = self.steps.inside(step, inside)
         else:
@@ -246,12 +222,8 @@ class Zeros:
 
     def _at_nodes(self, begin: Array, width: Array, numbers: Any = DOUBLES) -> Array:
         """Evaluate functions at the nodes of intervals: axes (node, interval)."""
-        if len(begin) > MOST_INTERVALS:
-            parts = (slice(0, MOST_INTERVALS), slice(MOST_INTERVALS, None))
-            tables = [self._at_nodes(begin[part], width[part], numbers) for part in parts]
-            return numpy.concatenate(tables, axis=1)
         which, step, inside = self._located(begin)
-        inside = inside[:, None] + width[:, None] * nodes(NODES)
+        inside = inside[:, None] + width[:, None] * interpolation.nodes(NODES)
         if numbers is DOUBLES:
             return self._evaluate(numbers, which, step, inside)[0].T
         which, step = numpy.repeat(which, NODES), numpy.repeat(step, NODES)
@@ -261,8 +233,7 @@ class Zeros:
     def _measure_errors(self, row: Array) -> None:
         """Compute the errors of the components on each step, and ``doubt``, of functions in double.
 
-        The size of a component on a step is its largest value or change. Where a component is
-        small, the errors of the others are more. A function has the larger error of both ends.
+        The size of a component on a step is its largest value or change.
         """
         rounding, terms = self._rounding, self.steps.terms
         size = numpy.maximum(abs(row).max(axis=1), abs(terms[:, :, 1]).T)
@@ -292,10 +263,7 @@ class Zeros:
         self.doubt = self._of_steps[ROUNDING]
 
     def _errors_at(self, position: Array, rounding: float = ROUNDING) -> Array:
-        """Return errors, by default in double, at positions inside of steps.
-
-        They exceed those at both ends where the axis passes a pole.
-        """
+        """Return errors at positions in steps; at a pole they exceed those at both ends."""
         which, step, inside = self._located(position)
         row, errors = self.steps.inside(step, inside), self._errors[rounding][:, step]
         functions = numpy.unique(which).tolist()
@@ -320,7 +288,7 @@ class Zeros:
         which = numpy.flatnonzero(undefined.any(axis=(0, 2)))
         for i in which.tolist():
             node, step = numpy.argwhere(undefined[:, i])[0]
-            at = numpy.array([i * (self.count + 1) + step + nodes(NODES)[node]])
+            at = numpy.array([i * (self.count + 1) + step + interpolation.nodes(NODES)[node]])
             if not (self._wide and numpy.isfinite(self._at(at, self._numbers)).all()):
                 raise self.broken(which.tolist(), float(self.steps.begin[step]))
 
@@ -329,15 +297,15 @@ class Zeros:
     def _separated(self, table: Array) -> tuple[Array, Array]:
         """Return points that separate the zeros of all functions, and polynomials between them.
 
-        A point is a column: a position, the value there, its error in double, and the width of the
-        part around an extremum, 0 for other points. A column of the polynomials has the begin and
-        the width of an interval, and coefficients of powers of u from -1 to 1 on it.
+        A point is a column: position, value, error in double, and the width of the part around an
+        extremum, else 0. A polynomial is a column: begin and width of its interval, coefficients of
+        powers of u from -1 to 1.
         """
         shape, values, doubt = table.shape[1:], table.reshape(NODES, -1), self.doubt.ravel()
         begin = numpy.arange(shape[0])[:, None] * (self.count + 1.0) + numpy.arange(self.count)
-        polynomials = through(values, numpy.repeat(self._bent, self.count))
+        polynomials = interpolation.through(values, numpy.repeat(self._bent, self.count))
         most = polynomials.tail + doubt
-        changes, certain = sign_changes(polynomials.bernstein, most)
+        changes, certain = interpolation.sign_changes(polynomials.bernstein, most)
         certain &= numpy.isfinite(most)
         single = certain & (changes == 1) & (polynomials.tail <= SINGLE * abs(values).max(axis=0))
         unclear = ~single & ~(certain & (changes == 0))
@@ -358,9 +326,8 @@ class Zeros:
     ) -> None:
         """Divide steps until the polynomials have their function's shape, and add these.
 
-        The points are the extrema, and the bounds between the intervals of a step. Functions that
-        vanish at the exact start may cross zero in a millionth of a step; the intervals from there
-        shrink until the fourth power of the position is a rounding.
+        Functions that vanish at the exact start may cross zero in a millionth of a step; the
+        intervals from there shrink until the fourth power of the position is a rounding.
         """
         width, total, exact_start = numpy.ones(len(begin)), 0, self._wide and self._exact_start
         if exact_start and len(begin):
@@ -383,18 +350,20 @@ class Zeros:
                 values[:, small] = self._at_nodes(begin[small], width[small], self._numbers)
                 error[small] = self._of_steps[self._rounding][which[small], step[small]]
                 largest = numpy.fmax.reduce(abs(values), initial=0)
-            polynomials = through(values, self._bent[which])
+            polynomials = interpolation.through(values, self._bent[which])
             # where noise exceeds the function there is nothing to divide
             shaped = polynomials.tail <= numpy.fmax(SHAPE * largest, error)
             shaped |= ~numpy.isfinite(values).any(axis=0) | (halving == BISECTIONS)
-            kept = Polynomials(*(x[..., shaped] for x in polynomials))
+            kept = interpolation.Polynomials(*(x[..., shaped] for x in polynomials))
             intervals.append(numpy.vstack([begin[shaped], width[shaped], kept.monomials]))
             inner = shaped & (inside > 0)
             bounds = begin[inner]
             points.append(numpy.stack([bounds, values[0, inner], doubt[inner], 0 * bounds]))
             # a polynomial below its error everywhere has no extrema to decide
             open_ = numpy.flatnonzero(abs(kept.bernstein).max(axis=0, initial=0) > error[shaped])
-            of, at = extrema(Polynomials(*(x[..., open_] for x in kept)))
+            of, at = interpolation.extrema(
+                interpolation.Polynomials(*(x[..., open_] for x in kept))
+            )
             if len(of):
                 of = numpy.flatnonzero(shaped)[open_[of]]
                 position, extent = begin[of] + at * width[of], width[of] * ~at_start[of]
@@ -496,10 +465,7 @@ class Zeros:
     # ---- refinement -----------------------------------------------------------------------------
 
     def _refine(self, points: Array, behind: Array, intervals: Array) -> None:
-        """Refine the zeros in double, then in the arithmetic of the run, and record them.
-
-        Raises ``InputError``: a function jumps there, or there are too many zeros.
-        """
+        """Refine the zeros in double, then in the arithmetic of the run, and record them."""
         steps, numbers, (position, value, _, _) = self.steps, self._numbers, points
         which, _, _ = self._located(position)
         before = numpy.maximum(behind - 1, 0)
@@ -519,7 +485,7 @@ class Zeros:
             of, origin[inside] = of[inside], (low - apart)[inside]
             width[inside], polynomials[:, inside] = intervals[1, of], intervals[2:, of]
         left, right = (numpy.clip(2 * (x - origin) / width - 1, -1, 1) for x in (low, high))
-        root, slope = zero_between(polynomials, left, right, direction)
+        root, slope = interpolation.zero_between(polynomials, left, right, direction)
         zero, slope = numpy.clip(origin + width * (1 + root) / 2, low, high), 2 * slope / width
         series = steps.of(step)  # the step of each zero
 
@@ -592,10 +558,7 @@ def secants(
 
 
 def require_few(count: int) -> None:
-    """Refuse too many events.
-
-    Raises ``InputError``: there are more than ``MOST_EVENTS``.
-    """
+    """Raise ``InputError`` for more events than ``MOST_EVENTS``."""
     if count > MOST_EVENTS:
         raise InputError(
             f"events: got more than {MOST_EVENTS}, or functions with as many bends, expected "
