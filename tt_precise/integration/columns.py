@@ -62,9 +62,8 @@ class State:
     def _repr_html_(self) -> str:
         from tt_precise.runtime.files import as_html
 
-        return as_html(
-            "State (SI)", [(name, text, described(name).unit) for name, text in self._lines]
-        )
+        rows = [(name, text, described(name).unit) for name, text in self._lines]
+        return as_html("State (SI)", rows)
 
     def __getattr__(self, name: str) -> Scalar:
         values = self.__dict__.get("values", {})  # there are none during copying

@@ -56,9 +56,6 @@ def errors_of(run: Solution) -> Errors:
     return run.once(Errors, lambda: Errors(run))
 
 
-# ---- columns ------------------------------------------------------------------------------------
-
-
 def table_with_errors(
     run: Solution,
     names: Sequence[Name],

@@ -24,8 +24,7 @@ from tt_precise.scene.scene import InitialState, Scene
 
 LONGEST = 2.0**40  # No propagation whose state has the time gets so far: the state ends it.
 MOST_SAMPLES = 20_000  # States that are stored of a run at its sample times.
-# How far LLVM optimises: compact code in double has the bits of level 3 at level 1, wider types at
-# level 0, because a library does their operations.
+# How far LLVM optimises: compact code has the bits of level 3 at level 1, wide types at level 0.
 OPTIMISATION = {"loop": 3, "compact": 1, "wide": 0}
 Key = TypeVar("Key", bound=Hashable)
 Made = TypeVar("Made")
@@ -89,8 +88,8 @@ class TaylorRun:
         """Return the outcome of a run whose steps are known."""
         if status == "complete" and self.losses:
             status = "contact_ignored"
-        series = partial(join, self.blocks, len(row))
-        return Propagation(status, time, row, self.steps, order, self.zeros.collect(), series)
+        found, series = self.zeros.collect(), partial(join, self.blocks)
+        return Propagation(status, time, row, self.steps, order, found, series)
 
 
 def propagate(
@@ -248,15 +247,11 @@ def build(setup: Setup) -> Integrator:
     equations = Equations.of(form, setup.record)
     eps, parameters = float(setup.precision.eps), len(form.parameters)
     terminal = setup.phase.ends(equations, heyoka.par[parameters], setup.precision)
-    number, falling = setup.precision.number, heyoka.event_direction.negative
-    losses, noted = list[str](), []
+    number, losses, noted = setup.precision.number, list[str](), []
+    falling: Any = {"direction": heyoka.event_direction.negative, "fp_type": fp_type}
     if setup.contact == "bilateral":
-
-        def lose(adaptive: Adaptive, time: Scalar, sign: int) -> None:
-            losses[:] = ["contact_lost"]
-
-        function = terminal.pop("contact_lost")
-        noted = [heyoka.nt_event(function, lose, direction=falling, fp_type=fp_type)]
+        lost = terminal.pop("contact_lost")
+        noted = [heyoka.nt_event(lost, lambda *_: losses.append("contact_lost"), **falling)]
     goes_on: Any = setup.phase.condition or (lambda *_: None)
     zero = setup.precision.context.mpf(0)
     integrator = heyoka.taylor_adaptive(
@@ -265,12 +260,7 @@ def build(setup: Setup) -> Integrator:
         pars=[number(zero + 1) for _ in range(parameters + setup.phase.has_clock)],
         fp_type=fp_type,
         t_events=[
-            heyoka.t_event(
-                function,
-                fp_type=fp_type,
-                direction=falling,
-                callback=goes_on(form, name, eps, setup.tolerance),
-            )
+            heyoka.t_event(function, callback=goes_on(form, name, eps, setup.tolerance), **falling)
             for name, function in terminal.items()
         ],
         nt_events=noted,
@@ -285,11 +275,8 @@ def numeric_options(setup: Setup) -> dict[str, Any]:
     # compact code compiles wide types in 0.5 s instead of 26 s; double then takes twice as long
     kind = "wide" if not precision.is_float else "compact" if setup.phase.brief else "loop"
     tolerance = precision.context.mpf(setup.tolerance) or full_tolerance(precision)
-    return {
-        "compact_mode": kind != "loop",
-        "opt_level": OPTIMISATION[kind],
-        "tol": precision.number(tolerance),
-    }
+    options = {"compact_mode": kind != "loop", "opt_level": OPTIMISATION[kind]}
+    return {**options, "tol": precision.number(tolerance)}
 
 
 @lru_cache(maxsize=POOLED_KINDS)

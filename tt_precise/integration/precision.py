@@ -37,10 +37,7 @@ LARGEST_EXACT = 2**53  # Integers up to this limit are doubles; their quotient i
 
 
 class Kind(NamedTuple):
-    """The properties of an arithmetic: its bits, and the number of doubles in its numbers.
-
-    ``steps`` is the number of heyoka's steps between two tests for Ctrl-C, 0.2 s or more.
-    """
+    """Bits, number of doubles in a sum, heyoka's steps between two tests for Ctrl-C (0.2 s)."""
 
     bits: int
     doubles: int = 0

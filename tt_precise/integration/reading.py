@@ -81,11 +81,6 @@ def state_at(run: Solution, time: Scalar) -> State:
     return State(precision.to_user(time * run.start.units.time), values, precision)
 
 
-def end_state(run: Solution) -> State:
-    """The state (SI) at the end."""
-    return run.once(end_state, lambda: state_at(run, run.end_time))
-
-
 def table(
     run: Solution,
     names: Sequence[Name],
@@ -141,9 +136,6 @@ def converted(run: Solution, values: Array, numbers: Numbers) -> Array:
     return numpy.array(list(map(precision.mpfr.back, values)), dtype=object)
 
 
-# ---- events -------------------------------------------------------------------------------------
-
-
 def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
     """Columns of the events in order of time: name, t, direction, and ``names``."""
     for name in names:
@@ -170,9 +162,6 @@ def event_columns(run: Solution, names: Sequence[Name]) -> dict[Any, Array]:
                     columns[name].append(values)
         whole = {name: numpy.concatenate(column) for name, column in columns.items()}
         return {n: x if n in kinds else converted(run, x, "exact") for n, x in whole.items()}
-
-
-# ---- conserved quantities -----------------------------------------------------------------------
 
 
 def integrals(run: Solution) -> dict[str, Integral]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import Any, Literal
+from typing import Any
 
 from tt_precise.integration.equations import RIGID_CONTACT, Layout, Phase
 from tt_precise.integration.events import (
@@ -35,7 +35,6 @@ from tt_precise.scene.scene import RECORDABLE, InitialState, Scene
 from tt_precise.taylor.graph import Graph
 
 IN_PIECES = "tt_precise.nonsmooth.backend"  # Integrator of scenes ``in_pieces``.
-NoContact = Literal["singular_contact", "contact_lost"]
 CONTACTS = ("unilateral", "bilateral")
 # Below 1e-260 the last of three doubles, 2^-106 of the first, has lost bits to underflow.
 LEAST_IN_DOUBLES = 1e-250
@@ -73,10 +72,7 @@ class Setup:
         contact: str = "unilateral",
         tolerance: float = 0.0,
     ) -> Setup:
-        """The set-up of one integration of ``scene``; arguments as of ``integrate``.
-
-        Raises ``InputError``: an argument cannot be used, or cannot be used with this scene.
-        """
+        """The set-up of one integration of ``scene``; arguments as of ``integrate``."""
         working, coordinates = precision_named(precision or "double", bits), formulation or "newton"
         law = scene.body.friction
         form, phase = integration_form(scene.model, coordinates, law), RIGID_CONTACT
@@ -207,7 +203,7 @@ def _checked_record(
     return tuple(name for name in RECORDABLE if name in names)
 
 
-def ended_at_start(start: InitialState, contact: str, fn: Functions) -> NoContact | None:
+def ended_at_start(start: InitialState, contact: str, fn: Functions) -> str | None:
     """Return the status where g_n or its denominator is not positive at the start."""
     numerator, denominator = contact_terms(start.model, start.body, start.vectors, fn)
     if denominator <= 0:

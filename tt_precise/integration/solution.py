@@ -156,8 +156,7 @@ class Segment:
 class PhaseInterval(NamedTuple):
     """A segment of a motion under one model: times in s, and the status at its end.
 
-    ``status`` is a mode switch if another segment follows, else the trajectory's; ``leaves`` is
-    true if the top leaves the table at the end.
+    ``leaves`` is true if the top leaves the table there.
     """
 
     model: str

@@ -82,11 +82,8 @@ class Steps:
         return self.evaluate(numpy.maximum(step, 0), times, numbers)
 
 
-def join(blocks: Sequence[Steps], size: int) -> Steps:
-    """Return the steps of all blocks, of ``size`` components, as one series."""
-    if not blocks:  # of a run to t = 0
-        none = numpy.zeros(0)
-        return Steps(none, none, numpy.zeros((0, size, 2)), lambda step, times, numbers: [])
+def join(blocks: Sequence[Steps]) -> Steps:
+    """Return the steps of one or more blocks as one series."""
     if len(blocks) == 1:
         return blocks[0]
     first = numpy.cumsum([0, *map(len, blocks)])

@@ -11,7 +11,7 @@ import numpy
 
 from tt_precise.integration import errors
 from tt_precise.integration.columns import POSE, State, expanded
-from tt_precise.integration.reading import Drifts, Numbers, drift_over_time, end_state, state_at
+from tt_precise.integration.reading import Drifts, Numbers, drift_over_time, state_at
 from tt_precise.integration.setup import Events, Setup, asked_for
 from tt_precise.integration.solution import SLOW, Solution, solve
 from tt_precise.runtime.terminal import Progress
@@ -93,7 +93,7 @@ class Trajectory:
     @property
     def state(self) -> State:
         """The state at ``t_end``; it prints with its errors once these are known."""
-        state = end_state(self.run)
+        state = self.run.once(state_at, lambda: state_at(self.run, self.run.end_time))
         known = dict(self.errors.at_end) if self.errors.available else {}
         if end := known.pop("t_end", 0):
             known["t"] = end
@@ -196,10 +196,7 @@ class Trajectory:
 
     @cached_property
     def drift(self) -> dict[str, Any]:
-        """Largest relative drift of each conserved quantity; "lambda" means "jellett".
-
-        Drifts are computed from the states in finer arithmetic: in double in long double.
-        """
+        """Largest relative drift of each conserved quantity; "lambda" means "jellett"."""
         number = float if self.precision.is_float else self.precision.context.mpf
         drifts = drift_over_time(self.run)
         return Drifts((name, number(max(values))) for name, values in drifts.items())
@@ -228,9 +225,8 @@ class Trajectory:
         """Write a page on which the top moves, with its track on the table; a notebook shows it.
 
         ``path`` ends in .html; by default it is the scene's name, and is printed. The tops of the
-        trajectories ``beside`` move at the same time, under their labels; the ``label`` is that of
-        this one, as in ``plot``. Times are from ``begin`` to ``end`` (s; by default the whole
-        trajectory), at first in about ``seconds`` (12).
+        trajectories ``beside`` move too; labels are as in ``plot``. Times are from ``begin`` to
+        ``end`` (s; by default the whole trajectory), at first in about ``seconds`` (12).
         """
         from tt_precise.integration.views import animate
 
@@ -238,14 +234,11 @@ class Trajectory:
             path = f"{self.scene.name}.html"
             print(f"{path}: open it in a browser")
         others = {its_label: other.run for its_label, other in (beside or {}).items()}
-        return animate(self.run, path, others=others, **options)
+        return animate(self.run, path, others, **options)
 
     @cached_property
     def inversion(self) -> InversionTimes:
-        """Initiation and ending time of the climb by the three definitions.
-
-        If the events were not recorded, the scene is integrated again with the same set-up.
-        """
+        """Initiation and ending time of the climb by the three definitions."""
         from tt_precise.integration.inversion import times_of
 
         return times_of(self.run)
@@ -254,8 +247,7 @@ class Trajectory:
     def inversion_errors(self) -> dict[str, float]:
         """Estimated errors (s) of the times of ``inversion``: equator, t_init_A, ...
 
-        A time may have a larger error if a small change moves it to another nutation, as in
-        definitions B and C.
+        A time has a larger error if a small change moves it to another nutation.
         """
         from tt_precise.integration.inversion import errors_of_times
 

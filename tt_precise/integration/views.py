@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path, PosixPath
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy
@@ -36,10 +35,7 @@ PLAYED_EVERY_S = 0.01
 
 
 def figure(
-    run: Solution,
-    names: Sequence[Name] = (),
-    others: Mapping[str, Solution] = MappingProxyType({}),
-    label: str = "",
+    run: Solution, names: Sequence[Name], others: Mapping[str, Solution], label: str
 ) -> Figure:
     """A matplotlib ``Figure`` with a panel for each column, or the overview if none is named."""
     panels: list[tuple[Name, ...]] = [(name,) for name in names or (["theta"] if others else [])]
@@ -133,8 +129,8 @@ def require_animation(path: str | Path) -> Page:
 def animate(
     run: Solution,
     path: str | Path,
+    others: Mapping[str, Solution],
     *,
-    others: Mapping[str, Solution] = MappingProxyType({}),
     label: str = "",
     seconds: float = 12.0,
     begin: float = 0.0,

@@ -45,20 +45,16 @@ ROUNDING = 2.0**-53  # Relative error of a rounding in double.
 # steps are e^-2 of the radius of convergence (Jorba and Zou 2005).
 OMITTED = math.exp(-2)
 MOST_STEPS_AT_ONCE = 4096  # bounds memory to 50 MB
-# Largest distance of a polynomial from its function, relative to its largest value: extreme values
-# are then off by its square.
-SHAPE = 2.0**-16
+SHAPE = (
+    2.0**-16
+)  # Largest distance of a polynomial from its function, relative to its largest value.
 SINGLE = 2.0**-10  # The same where a polynomial has one zero, which only begins secants.
 BISECTIONS = 30  # Halvings of a step, which leave 2^-30 of the step to a bend.
-# Smallest value at a zero, relative to the values beside it, that shows a jump: a continuous
-# function is refined to a rounding.
-JUMP = 2.0**-3
+JUMP = 2.0**-3  # Smallest value at a zero, relative to the values beside it, that shows a jump.
 TANGENCY = 3  # Undecided points in a row: an extremum, and the ends of its part.
 GUARD = 2.0**-40  # Error of a value at the exact start, in errors of the run; 64 bits less 24.
 SECANTS_PER_BIT = 3  # At most so many for each bit: at a triple zero each secant gains 0.4 bits.
-# Relative error of a polynomial's slope over the error of its zero in a step: the square of the
-# number of nodes bounds a derivative (Markov).
-SLOPE = 2.0**7
+SLOPE = 2.0**7  # Relative error of a slope over that of a zero: the nodes' number squared (Markov).
 # Distance of the points of the first parabola through an extremum, in units of its part; each
 # further distance is the square of the one before, as the error of a vertex is.
 FLATTEST = 2.0**-16
@@ -160,8 +156,7 @@ class Zeros:
         seconds = time * float(self.start.units.time)
         return InputError(
             f"events: got {names}, which jumps or is undefined at t = {seconds:.6g} s, expected a "
-            "continuous function that is defined everywhere, such as theta_max or phi_dot_zero, or "
-            "extremum:gliding_speed"
+            "continuous function that is defined everywhere, such as theta_max"
         )
 
     # ---- values and errors ----------------------------------------------------------------------
@@ -478,12 +473,11 @@ class Zeros:
         polynomials = numpy.zeros((NODES, len(behind)))
         polynomials[0] = (value[before] + value[behind]) / 2
         polynomials[1] = (value[behind] - value[before]) / 2
-        if intervals.size:
-            of: Array = numpy.searchsorted(intervals[0], position[before], side="right") - 1
-            apart = position[before] - intervals[0, of]
-            inside = numpy.flatnonzero((of >= 0) & (apart < intervals[1, of]))
-            of, origin[inside] = of[inside], (low - apart)[inside]
-            width[inside], polynomials[:, inside] = intervals[1, of], intervals[2:, of]
+        of: Array = numpy.searchsorted(intervals[0], position[before], side="right") - 1
+        apart = position[before] - intervals[0, of]
+        inside = numpy.flatnonzero((of >= 0) & (apart < intervals[1, of]))
+        of, origin[inside] = of[inside], (low - apart)[inside]
+        width[inside], polynomials[:, inside] = intervals[1, of], intervals[2:, of]
         left, right = (numpy.clip(2 * (x - origin) / width - 1, -1, 1) for x in (low, high))
         root, slope = interpolation.zero_between(polynomials, left, right, direction)
         zero, slope = numpy.clip(origin + width * (1 + root) / 2, low, high), 2 * slope / width
