@@ -156,20 +156,6 @@ def test_an_entry_without_an_effect_has_no_range() -> None:
     assert set(table["note"]) == {"m varied at fixed I1 (m R^2), I3 (m R^2)"}
 
 
-@pytest.mark.evidence
-def test_a_range_without_an_end_names_a_horizon_that_has_it() -> None:
-    """In that horizon every row has a sigma, also the duration of the climb."""
-    run = integrate("reference", sample_every=8, sensitivity="mu")
-    table = run.sensitivity.spread({"mu": 0.015})
-    assert "at mu - sigma (until=10 would do)" in table.loc["A.duration", "note"]
-    assert numpy.isnan(table.loc["A.duration", ["sigma", "high"]].astype(float)).all()
-    longer = integrate("reference", until=10, sample_every=10, sensitivity="mu")
-    table = longer.sensitivity.spread({"mu": 0.015})
-    assert table["sigma"].notna().all()
-    climb = run.inversion.A
-    assert table.loc["A.duration", "value"] == pytest.approx(climb.t_end - climb.t_init, abs=1e-9)
-
-
 def test_an_equator_that_is_not_passed_has_a_row_that_says_so() -> None:
     row = integrate("kicked", until="5/2", sensitivity="mu").sensitivity.spread({}).loc["equator"]
     assert numpy.isnan(row["value"])

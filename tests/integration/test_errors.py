@@ -120,20 +120,6 @@ def test_an_estimate_is_the_error_at_an_event(rough_run: Trajectory, true_run: T
         assert_errors(events[f"error:{name}"], events[name] - true[name])
 
 
-@pytest.mark.parametrize(
-    ("precision", "tolerance"), [("double-double", 0.0), ("quad", 1e-20)], ids=["dd", "quad"]
-)
-def test_another_top_has_its_events_later(short: Scene, precision: str, tolerance: float) -> None:
-    """Against the events of a top whose friction is different in the ninth digit."""
-    run, other = (
-        integrate(scene.varied(until="0.05"), precision, events=EVENTS, tolerance=size)
-        for scene, size in ((short, tolerance), (changed(short, mu="1e-7"), 0.0))
-    )
-    apart = abs((run.events["t"] - other.events["t"]).astype(float).to_numpy())
-    assert apart.max() > 1e-12
-    assert against(run, other).events()["t"] == pytest.approx(apart, rel=1e-3, abs=1e-15)
-
-
 def test_an_event_at_the_very_end_is_looked_at_from_before(short: Scene) -> None:
     """Three points around the event do not fit before the end."""
     both, names = (short, changed(short, mu="1e-6")), ("phi_dot_zero",)

@@ -220,14 +220,3 @@ def test_those_of_the_reference_scene_and_a_lost_one_is_noticed(double: Trajecto
     lost = {kind: times[1:] for kind, times in expected.items()}
     with pytest.raises(AssertionError):
         assert_golden(double, expected | {"nu_y_zero": lost["nu_y_zero"]})
-
-
-def test_noise_of_a_component_that_cancels_is_no_event() -> None:
-    """A free top that spins about its axis: theta's rate is 0, a sum of terms that cancel."""
-    still = dict.fromkeys(("theta_dot", "phi_dot", "nu_x", "nu_y"), "0")
-    body = {"alpha": "0.2736", "I1": "0.5762", "I3": "0.4953", "g": "9.8"}
-    scene = load_scene("flight").varied(theta="1.0008", omega_3="191.2162", **still, **body)
-    for precision in ("double", "double-double"):
-        run = integrate(scene, precision, events=("theta_min", "theta_max"))
-        assert run.event_counts["theta_min"] == run.event_counts["theta_max"] == 0
-        assert set(run.touches) == {"theta_min", "theta_max"}

@@ -59,18 +59,6 @@ def test_rows_events_and_the_end_of_a_scene_to_every_printed_digit() -> None:
         assert min(digits(row, event), -FN.log10(abs(FN.mpf(row["t"]) / event["t"] - 1))) > PRINTED
 
 
-def test_steps_after_a_cut_one_are_as_long_as_ever() -> None:
-    """With events the first step is a tiny one, whose unit of time would be far too short."""
-    with_events, without = (
-        integrate("below-threshold", "triple-double", events=events)
-        for events in (["theta_min", "phi_dot_zero"], ())
-    )
-    assert with_events.events.t.is_monotonic_increasing
-    # the bound on products may cut steps, but not to a multiple of their number
-    assert with_events.steps < 1.5 * without.steps
-    assert abs(with_events.state.kz - without.state.kz) < 1e-40
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("coordinates", ["newton", "euler"])
 @pytest.mark.parametrize("name", WHOLE)

@@ -76,7 +76,6 @@ OWN: dict[str, tuple[Any, int]] = {
     "bend": (lambda q: q.fn.sqrt((q.state.kx - 0.3) ** 2) - 0.001, 124),
     "cube": (lambda q: (q.state.kx - 0.3) ** 3, 62),
     "fraction": (lambda q: q.state.kx - Fraction(3, 10), 62),
-    "float32": (lambda q: q.state.kx - numpy.float32(0.3), 62),
     "array": (lambda q: q.state.kx - numpy.array(0.3), 62),
     "log": (lambda q: q.fn.log(q.state.kx + q.body.alpha * 9) - q.fn.log(q.body.alpha * 10), 62),
     "atan": (lambda q: q.fn.atan(q.state.kx) - q.fn.atan(one(q) * 3 / 10), 62),
@@ -127,6 +126,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "branch": (lambda q: q.state.kx if q.state.kx > 0.1 else 0.1, "got .*Error .* expected a"),
     "jump": (lambda q: 1 / q.state.kz, r"jumps or is undefined at t = 5\.8797"),
     "turn": (lambda q: q.fn.atan2(q.state.ky, q.state.kx), r"jumps or is undefined at t = 2\.78"),
+    "equator": (lambda q: q.state.kx, "events: got .*equator"),  # the name of another event
 }
 
 

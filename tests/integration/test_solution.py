@@ -13,7 +13,6 @@ from tests.integration.conftest import Spoiler, motion_at
 from tt_precise.integration import Trajectory, heyoka_backend, integrate, solution, zeros
 from tt_precise.integration.precision import KINDS
 from tt_precise.mechanics import newton
-from tt_precise.mechanics.newton import NewtonState
 from tt_precise.runtime.terminal import silent
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
@@ -103,18 +102,6 @@ def test_singular_contact_behind_lost_contact(rough: Scene) -> None:
     assert_never_nan(end)
     numerator, denominator = newton.contact_terms(end.start.body, motion_at(end, end.t_end).state)
     assert numerator < 0 < denominator < 2e-6 * end.start.body.I1
-
-
-def test_a_start_beside_singular_contact_is_integrated(reference: Scene) -> None:
-    """The denominator of g_n is affine in v: at the start a part 1e-7 from its zero."""
-    scene, still = reference.varied(mu="3"), NewtonState(math.sin(0.8), 0, math.cos(0.8), *[0] * 5)
-    numbers = scene.body.numbers(float)
-    none, one = (newton.contact_terms(numbers, still._replace(vx=v))[1] for v in (0.0, 1.0))
-    start = {"theta": "0.8", "omega_3": "100", "nu_x": Fraction(none / (none - one) * (1 - 1e-7))}
-    beside = integrate(scene.varied(**start, until="0.02"))
-    denominator = newton.contact_terms(beside.start.body, beside.start.vectors)[1]
-    assert 0 < denominator < 1e-6 * beside.start.body.I1
-    assert beside.status == "complete"
 
 
 @pytest.mark.parametrize("precision", ["double-double", "quad"])

@@ -1,12 +1,10 @@
 """Trajectories that several threads read from, and that go to other processes."""
 
-import multiprocessing
-import operator
 import pickle
 import pickletools
 import threading
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -88,14 +86,3 @@ def test_a_pickle_holds_names_and_exact_numbers_only(short: Scene, precision: st
     assert (twin.state, twin.setup) == (run.state, run.setup)
     assert twin.run.event_counts == run.run.event_counts
     assert twin.sensitivity.names == ("theta", "mu")
-
-
-def test_a_trajectory_goes_to_another_process(half: Scene, monkeypatch: Patch) -> None:
-    monkeypatch.setitem(heyoka_backend.OPTIMISATION, "loop", 3)  # as in the other process
-    heyoka_backend._idle.cache_clear()
-    trajectory = integrate(half, events="equator")
-    spawned = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=spawned) as pool:
-        for ask in (operator.attrgetter("state"), operator.methodcaller("at", "0.3")):
-            assert pool.submit(ask, trajectory).result() == ask(trajectory)
-    heyoka_backend._idle.cache_clear()

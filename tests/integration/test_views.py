@@ -70,11 +70,6 @@ def test_other_motions_have_curves_under_their_labels(
     assert len({str(line.get_color()) for line in axes[0].lines}) == 4  # and two events
 
 
-def test_two_motions_of_one_label_have_two_curves(run: Trajectory, other: Trajectory) -> None:
-    axes = run.plot("theta", beside={run.scene.name: other}).axes[0]
-    assert [len(curve(axes, line)) for line in (0, 1)] == [51, 31]
-
-
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 @pytest.mark.parametrize(
     ("name", "conserved", "others"),

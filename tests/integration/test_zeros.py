@@ -9,8 +9,7 @@ import pytest
 
 from tests.conftest import Patch, more
 from tt_precise.integration import catalogue, integrate, zeros
-from tt_precise.mechanics.quantities import Motion
-from tt_precise.runtime.values import InputError, Scalar
+from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import Scene, load_scene
 
 ALL = catalogue("gliding")
@@ -104,17 +103,6 @@ def test_a_crossing_beside_the_start_is_an_event(place: str, chosen: dict[str, A
     assert run.unresolved == (() if len(found) == len(times) else (event,))
 
 
-@BOTH
-def test_crossings_of_a_motion_that_is_nearly_plane_are_no_touches(precision: str) -> None:
-    names = ("nu_x_zero", "nu_y_zero")
-    integrate(LYING, tolerance=1e-10, events=names)  # hides nothing of later runs
-    run = integrate(LYING, precision, events=names)
-    late = run.events[run.events["t"] > 1e-6]
-    assert list(late["t"].astype(float)) == pytest.approx([7.14226777e-3, 1.04276509e-2], rel=1e-3)
-    assert tuple(late["name"]) == names
-    assert len(run.events) == 4 or "nu_x_zero" in run.unresolved
-
-
 @pytest.mark.parametrize("precision", ARITHMETICS)
 @pytest.mark.parametrize("name", ["rolling", "frictionless"])
 def test_what_touches_zero_is_no_event(name: str, precision: str) -> None:
@@ -141,12 +129,6 @@ def test_what_vanishes_identically_is_no_event(precision: str) -> None:
     assert still.events.empty
     assert still.touches == names
     assert integrate(ice.varied(omega_3="1"), precision, events=names).events.empty
-
-
-def test_one_digit_invents_no_event(reference: Scene) -> None:
-    names = ("nu_x_zero", "nu_y_zero", "theta_max")
-    counts = [integrate(reference, digits=n, events=names).event_counts for n in (1, 9)]
-    assert counts[0] == counts[1]
 
 
 def test_what_is_undefined_at_the_start_or_on_the_way_is_refused(reference: Scene) -> None:
@@ -224,17 +206,3 @@ def test_a_horizon_below_the_resolution_has_no_zero_inside(precision: str) -> No
     names = ("theta_min", "theta_max", "nu_x_zero")
     run = integrate("reference", precision, until="1e-300", events=names)
     assert (run.status, len(run.events)) == ("complete", 0)
-
-
-def equator(q: Motion) -> Scalar:
-    return 1 / q.state.kz
-
-
-def stick(q: Motion) -> Scalar:
-    return q.state.kz
-
-
-@pytest.mark.parametrize("function", [equator, stick])
-def test_a_function_with_the_name_of_an_event_is_refused(function: Any) -> None:
-    with pytest.raises(InputError, match=f"events: got .*{function.__name__}"):
-        integrate("reference", until="0.1", events=[function])
