@@ -8,15 +8,25 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import EULER, VECTORS, Healthy, check, pose
-from tt_precise.check.columns import choose_set, renamed, renaming
+from tests.check.conftest import (
+    BODY,
+    EULER,
+    POSE,
+    VECTORS,
+    check,
+    euler,
+    refuses,
+    solved,
+)
+from tt_precise.check.columns import TRACK, choose_set, renaming
 
 # Causes are tested elsewhere.
 pytestmark = pytest.mark.usefixtures("no_cause")
+Change = Callable[[pandas.DataFrame], pandas.DataFrame]
 
 
-def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: Healthy) -> None:
-    frame = rigid_body(healthy())
+def test_a_rigid_body_is_checked_like_its_vectors() -> None:
+    frame = solved(BODY)
     result = check(frame, "reference", limits={"jellett": 1e-13})
     assert result.passed, str(result)
     assert result.columns == "rigid body"
@@ -31,9 +41,9 @@ def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: 
     assert check(lifted, "reference")["contact_velocity"].verdict == "fail"
     longer = frame.assign(qw=frame["qw"] * 1.00001)
     assert check(longer, "reference")["quaternion_norm"].verdict == "fail"
-    resting = check(frame.drop(columns=["vcx", "vcy", "vcz"]), "reference")
-    assert resting["jellett"].verdict == "pass"
-    assert resting["energy"].verdict == "open"
+    without_velocity = check(frame.drop(columns=["vcx", "vcy", "vcz"]), "reference")
+    assert without_velocity["jellett"].verdict == "pass"
+    assert without_velocity["energy"].verdict == "open"
 
 
 @pytest.mark.parametrize(
@@ -47,69 +57,54 @@ def test_a_rigid_body_is_checked_like_its_vectors(healthy: Healthy, rigid_body: 
         ("t qw qx qy qz wx wy wz vx vy vz", "add --columns vx=vcx,vy=vcy,vz=vcz"),
     ],
 )
-def test_what_is_missing_is_named(columns: str, message: str) -> None:
+def test_missing_columns_are_named(columns: str, message: str) -> None:
     with pytest.raises(tt.InputError, match=message):
         choose_set(columns.split(), "f.csv")
 
 
-def test_renames(healthy: Healthy) -> None:
-    theirs = healthy()[EULER[:5]].rename(columns={"t": "time", "omega_3": "spin"})
+def test_renames() -> None:
+    theirs = euler()[EULER[:5]].rename(columns={"t": "time", "omega_3": "spin"})
     result = check(theirs, "reference", columns={"time": "t", "spin": "omega_3"})
     assert result.columns == "Euler"
     assert renaming(["time=t, spin=omega_3"]) == {"time": "t", "spin": "omega_3"}
-    wrong: list[tuple[Callable[[], Any], str]] = [
-        (lambda: renaming(["time"]), "got 'time', expected theirs=ours"),
-        (lambda: renaming(["w=omega3"]), "expected one of ours: .* did you mean 'omega_3'"),
-        (lambda: renamed(["t"], {"spin": "omega_3"}, "f.csv"), "no column 'spin' to rename"),
-        (lambda: renamed(["t", "time"], {"time": "t"}, "f.csv"), "column t occurs twice"),
-    ]
-    for call, message in wrong:
-        with pytest.raises(tt.InputError, match=message):
-            call()
+    refuses("no column 'spun' to rename", theirs, columns={"spun": "omega_3"})
+    refuses("column t occurs twice", theirs.assign(t=0), columns={"time": "t"})
 
 
-def track(scene: str = "reference") -> pandas.DataFrame:
-    """Return Euler angles with the recorded columns of the track."""
-    run = tt.integrate(scene, record=("phi", "psi", "x", "y"))
-    times = [0.005 * i for i in range(200)]
-    return run.frame(*EULER[1:], "phi", "psi", "x", "y", times=times, numbers="float")
+def half(frame: pandas.DataFrame, *names: str) -> pandas.DataFrame:
+    """Return columns with the other sign in every second row."""
+    sign = numpy.where(frame.index % 2, -1.0, 1.0)
+    return frame.assign(**{name: sign * frame[name] for name in names})
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
-def test_recorded_columns_are_followed(friction: str) -> None:
-    frame = track()
-    right = check(frame, "reference", friction=friction)
-    assert right.passed, str(right)
-    for name, factor in (("phi", 1.001), ("psi", 1.001), ("x", 1.5), ("y", 1.5)):
-        wrong = frame.assign(**{name: frame[name] * factor})
-        assert not check(wrong, "reference", friction=friction).passed, name
-    # phi that holds its own rate
-    assert not check(frame.assign(phi=frame["phi_dot"]), "reference", friction=friction).passed
+def late(frame: pandas.DataFrame, name: str) -> pandas.DataFrame:
+    """Return a column that is a row late."""
+    return frame.assign(**{name: frame[name].shift(1).fillna(frame[name])})
 
 
-@pytest.mark.parametrize("friction", ["scene", "other"])
-def test_a_position_belongs_to_the_motion(friction: str) -> None:
-    frame = pose([0.005 * i for i in range(200)])
-    assert check(frame, "reference", friction=friction).passed
-    for name, wrong in (
-        ("z", frame["z"] + 5.0), ("z", 0 * frame["z"]), ("x", 2 * frame["x"] + frame["t"]),
-        ("y", frame["x"]),
-    ):  # fmt: skip
-        found = check(frame.assign(**{name: wrong}), "reference", friction=friction)
-        assert not found.passed, name
+TRACKED, POSITIONS = [*EULER, *TRACK], POSE
+SPOILT: dict[str, tuple[Any, Change]] = {
+    "phi 0.1 % fast": (TRACKED, lambda f: f.assign(phi=1.001 * f["phi"])),
+    "psi 0.1 % fast": (TRACKED, lambda f: f.assign(psi=1.001 * f["psi"])),
+    "x half as far again": (TRACKED, lambda f: f.assign(x=1.5 * f["x"])),
+    "y half as far again": (TRACKED, lambda f: f.assign(y=1.5 * f["y"])),
+    "phi holds phi_dot": (TRACKED, lambda f: f.assign(phi=f["phi_dot"])),
+    "five metres too high": (POSE, lambda f: f.assign(z=f["z"] + 5.0)),
+    "on the ground": (POSE, lambda f: f.assign(z=0 * f["z"])),
+    "x drifts": (POSE, lambda f: f.assign(x=2 * f["x"] + f["t"])),
+    "y holds x": (POSE, lambda f: f.assign(y=f["x"])),
+    "signs of v": (VECTORS, lambda f: half(f, "vx", "vy")),
+    "signs of k": (VECTORS, lambda f: half(f, "kx", "ky")),
+    "Lz late": (VECTORS, lambda f: late(f.assign(Lz=f["Lz"] * (1 + 1e-4 * f["t"])), "Lz")),
+    "kx late": (VECTORS, lambda f: late(f, "kx")),
+    "vx late": (VECTORS, lambda f: late(f, "vx")),
+    "Lx and Ly exchanged": (VECTORS, lambda f: f.assign(Lx=f["Ly"], Ly=f["Lx"])),
+}
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])
-def test_spoilt_columns_are_not_green(healthy: Healthy, friction: str) -> None:
-    """Other signs in half of the rows, shifted columns, columns that hold others."""
-    frame = healthy("reference", 401, 1)[VECTORS]
-    half = numpy.where(frame.index % 2, -1.0, 1.0)
-    for spoilt in (
-        frame.assign(vx=half * frame["vx"], vy=half * frame["vy"]),
-        frame.assign(kx=half * frame["kx"], ky=half * frame["ky"]),
-        frame.assign(Lz=frame["Lz"].shift(1).fillna(frame["Lz"]) * (1 + 1e-4 * frame["t"])),
-        frame.assign(kx=frame["kx"].shift(1).fillna(frame["kx"])),
-        frame.assign(vx=frame["vx"].shift(1).fillna(frame["vx"])),
-        frame.assign(Lx=frame["Ly"], Ly=frame["Lx"]),
-    ):
-        assert not check(spoilt, "reference", friction=friction).passed
+def test_spoilt_columns_are_not_green(friction: str) -> None:
+    for name, (columns, spoil) in SPOILT.items():
+        frame = solved(columns, 201, 200)
+        assert check(frame, "reference", friction=friction).passed
+        assert not check(spoil(frame), "reference", friction=friction).passed, name

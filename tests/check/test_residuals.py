@@ -1,93 +1,116 @@
 """Residuals of equations from row to row: right rows, planted changes, resolution, blocks."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy
 import pandas
 import pytest
 
-from tests.check.conftest import Healthy, pose, rows_of
+from tests.check.conftest import euler, pose, rows_of, vectors
 from tests.conftest import Patch
 from tt_precise.check import residuals
 from tt_precise.check.residuals import (
     RESOLVED,
-    SAFETY,
     StepResiduals,
     by_any_force,
     by_law,
     differentiate,
     norm,
     nutation,
-    stencils,
+    torque_unit,
     unresolved,
 )
 
 Change = Callable[[pandas.DataFrame], pandas.DataFrame]
 
 
-def right(hertz: int, until: float = 0.5) -> pandas.DataFrame:
-    return pose([n / hertz for n in range(round(until * hertz) + 1)])
+@pytest.mark.parametrize("even", [True, False])
+def test_polynomials_are_exact_to_their_degree(even: bool) -> None:
+    rows = numpy.arange(30) / 30 if even else numpy.sort(numpy.random.default_rng(3).random(30))
+    for power, small in ((7, numpy.inf), (5, 1e-7)):
+        rates, error = differentiate(rows, rows[None] ** power)
+        assert abs(rates - power * rows[:-1] ** (power - 1)).max() < 1e-7
+        assert 0 <= error.max() < small
 
 
-def test_polynomials_are_exact_to_their_degree() -> None:
-    t = numpy.sort(numpy.random.default_rng(3).random(30))
-    for rows in (t, numpy.arange(30) / 30):
-        for count in (6, 8):
-            power, h = count - 1, numpy.diff(rows)
-            (near, whole), (_, slope) = (stencils(rows, count, way) for way in (True, False))
-            integrals = (whole * rows[near] ** power).sum(axis=1) * h
-            assert abs(integrals - numpy.diff(rows ** (power + 1)) / (power + 1)).max() < 1e-9
-            rates = (slope * rows[near] ** power).sum(axis=1) / h
-            assert abs(rates - power * rows[:-1] ** (power - 1)).max() < 1e-7
-        rates, error = differentiate(rows, rows[None] ** 5)
-        assert abs(rates - 5 * rows[:-1] ** 4).max() < 1e-7
-        assert error.max() < 1e-7
-
-
-@pytest.mark.parametrize("hertz", [120, 240, 960])
-def test_right_rows_stay_within_the_bounds_of_any_force(hertz: int) -> None:
-    """The factor of safety is used to a third at least where rows are coarse."""
-    steps = by_any_force(rows_of(right(hertz)))
-    largest = 0.0
+@pytest.mark.parametrize(
+    ("scene", "hertz", "rows", "least", "most"),
+    [
+        ("reference", 120, 61, 0.0, 1.0),
+        ("reference", 960, 481, 0.0, 1.0),
+        # a friction force that changes within a row needs the factor of safety
+        ("stribeck", 240, 481, 0.6, 1.0),
+    ],
+)
+def test_right_rows_stay_within_the_bounds_of_any_force(
+    scene: str, hertz: int, rows: int, least: float, most: float
+) -> None:
+    steps = by_any_force(rows_of(pose(rows, hertz, scene), of=scene))
+    shares = []
     for name in ("rotation", "momentum", "position"):
-        values, bound = norm(getattr(steps, name)), steps.bounds[name]
-        seen = numpy.isfinite(bound)
-        assert seen.all()
-        assert (values <= bound + 1e-11 * values.max() + 1e-13)[seen].all()
-        largest = max(largest, float((values / bound)[seen].max(initial=0.0)))
-    assert largest < 1
+        resolved = numpy.isfinite(steps.bounds[name])
+        assert resolved.mean() > 0.9
+        shares.append(float((norm(getattr(steps, name)) / steps.bounds[name])[resolved].max()))
+    assert least < max(shares) < most
 
 
-def test_fast_friction_needs_the_factor_of_the_bound() -> None:
-    """Half a millimetre per second: regularised friction changes within a row."""
-    rows = rows_of("regularised-1e-2")
-    steps, shares = by_any_force(rows), []
-    for name in ("rotation", "momentum"):
-        seen = numpy.isfinite(steps.bounds[name])
-        shares.append((norm(getattr(steps, name)) / steps.bounds[name])[seen].max(initial=0.0))
-    assert max(shares) < 1
-    assert SAFETY == 10
+HERTZ = 4000
+
+
+def bounds_with_a_wrong_row(name: str, column: str, size: float) -> numpy.ndarray:
+    """Return the bounds of a residual of rows of which one is wrong by ``size``."""
+    frame = pose(100, HERTZ)
+    frame[column] += size * (frame.index == 50)
+    bounds: numpy.ndarray = by_any_force(rows_of(frame)).bounds[name]
+    return bounds
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "limit"),
+    [("rotation", "wz", 0.1), ("position", "vcx", 0.1 * 0.02), ("momentum", "vcx", 0.3)],
+)
+def test_an_interval_of_large_errors_tells_nothing(name: str, column: str, limit: float) -> None:
+    """Up to 0.1 rad, 0.1 R and 0.3 m g R alpha; a row counts where the polynomials have it."""
+    if name == "momentum":
+        limit *= torque_unit(rows_of(pose(2)).body) / HERTZ
+    before, bounds = (bounds_with_a_wrong_row(name, column, size) for size in (0.0, 1e-3))
+    if name != "rotation":  # the quaternion's four components hide some intervals
+        assert (bounds > 10 * before.max()).sum() == 8 + 2 * 3  # neighbours on either side
+    for factor in (0.95, 1.05):
+        size = 1e-3 * factor * limit / bounds.max()
+        resolved = numpy.isfinite(bounds_with_a_wrong_row(name, column, size)).all()
+        assert resolved == (factor < 1)
 
 
 def test_nothing_is_resolved_beyond_a_quarter_turn_of_the_nutation() -> None:
-    rate = float(nutation(rows_of(right(960)))[0]) * 960
+    rate = float(nutation(rows_of(pose(481, 960)))[0]) * 960
     for factor, resolved in ((0.95, True), (1.05, False)):
-        step = factor * RESOLVED / rate
-        rows = rows_of(pose([step * n for n in range(40)]))
+        rows = rows_of(pose(40, rate / (factor * RESOLVED)))
         bound = by_any_force(rows).bounds["momentum"]
         assert numpy.isfinite(bound).all() == resolved
         text = unresolved(rows, bound)
         assert bool(text) != resolved
-        if not resolved:
-            assert text.startswith("100 % of the motion is not resolved; rows 0.009 s apart")
+    assert text.startswith("100 % of the motion is not resolved; rows 0.009 s apart")
 
 
-def test_a_gap_is_named(healthy: Healthy) -> None:
-    frame = right(960).drop(index=range(200, 220)).reset_index(drop=True)
-    rows = rows_of(frame)
-    assert unresolved(rows, by_any_force(rows).bounds["momentum"]) == (
-        f"no rows from {199 / 960:.6g} to {220 / 960:.6g} s"
-    )
+@pytest.mark.parametrize(("missing", "gap"), [(3, False), (5, True), (20, True)])
+def test_a_gap_of_five_rows_is_named(missing: int, gap: bool) -> None:
+    kept = pose(481, 960).drop(index=range(200, 200 + missing)).reset_index(drop=True)
+    rows = rows_of(kept)
+    text = unresolved(rows, numpy.full(len(rows.t) - 1, numpy.inf))
+    assert text.startswith("no rows") == gap
+    if missing == 20:
+        assert text == f"no rows from {199 / 960:.6g} to {220 / 960:.6g} s"
+        assert unresolved(rows, by_any_force(rows).bounds["momentum"]) == text
+
+
+def test_a_part_of_the_motion_may_be_unresolved_if_it_is_allowed() -> None:
+    rows = rows_of(pose(121, 240))
+    for count, open_ in ((60, False), (61, True)):
+        bound = numpy.where(numpy.arange(len(rows.t) - 1) < count, numpy.inf, 0.0)
+        assert bool(unresolved(rows, bound, 0.5)) == open_
+        assert unresolved(rows, bound).startswith(f"{100 * count / 120:.3g} % of the motion")
 
 
 @pytest.mark.parametrize(
@@ -103,36 +126,46 @@ def test_a_gap_is_named(healthy: Healthy) -> None:
 def test_planted_changes_are_seen(
     way: Callable[..., StepResiduals], name: str, change: Change
 ) -> None:
-    before, steps = (way(rows_of(frame)) for frame in (right(480), change(right(480))))
+    before, steps = (way(rows_of(frame)) for frame in (pose(241, 480), change(pose(241, 480))))
     assert norm(getattr(steps, name)).max() > 100 * norm(getattr(before, name)).max()
 
 
-def test_rows_in_blocks_have_the_same_residuals(monkeypatch: Patch) -> None:
-    frame = right(480)
-    ways = [by_law, by_any_force]
-    whole = [way(rows_of(frame)) for way in ways]
+@pytest.mark.parametrize("way", [by_law, by_any_force])
+def test_rows_in_blocks_have_the_same_residuals(
+    way: Callable[..., StepResiduals], monkeypatch: Patch
+) -> None:
+    whole = way(rows_of(pose(241, 480)))
     monkeypatch.setattr(residuals, "BLOCK", 50)
-    for one, way in zip(whole, ways, strict=True):
-        steps = way(rows_of(frame))
-        for name in ("rotation", "position", "momentum"):
-            assert abs(getattr(steps, name) - getattr(one, name)).max() < 1e-13
-        assert len(steps.bounds["momentum"]) == len(frame) - 1
+    steps = way(rows_of(pose(241, 480)))
+    for name in ("rotation", "position", "momentum"):
+        assert abs(getattr(steps, name) - getattr(whole, name)).max() < 1e-13
+    assert len(steps.bounds["momentum"]) == 240
 
 
-def test_euler_angles_without_phi_have_an_inclination_only() -> None:
-    frame = rows_of("reference").columns
-    names = ("t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y")
-    table = pandas.DataFrame({name: frame[name] for name in names})[:200]
-    wrong = table.assign(theta_dot=table["theta_dot"] + 0.01)
-    for way, least in ((by_law, 1e-5), (by_any_force, 1e-5)):
-        before, after = (way(rows_of(one)) for one in (table, wrong))
-        assert not before.rotation[1:].any()
-        assert abs(after.rotation[0] - before.rotation[0]).mean() > least
+@pytest.mark.parametrize("way", [by_law, by_any_force])
+def test_euler_angles_without_phi_have_an_inclination_only(
+    way: Callable[..., StepResiduals],
+) -> None:
+    frame = euler(200)
+    wrong = frame.assign(theta_dot=frame["theta_dot"] + 0.01)
+    before, after = (way(rows_of(each)) for each in (frame, wrong))
+    assert not before.rotation[1:].any()
+    assert abs(after.rotation[0] - before.rotation[0]).mean() > 1e-5
 
 
-def test_a_part_of_the_motion_may_be_unresolved_if_it_is_allowed() -> None:
-    rows = rows_of(right(240))
-    for count, open_ in ((60, False), (61, True)):
-        bound = numpy.where(numpy.arange(len(rows.t) - 1) < count, numpy.inf, 0.0)
-        assert bool(unresolved(rows, bound, 0.5)) == open_
-        assert unresolved(rows, bound).startswith(f"{100 * count / 120:.3g} % of the motion")
+@pytest.mark.parametrize(("intervals", "integrated"), [(200, 200), (201, 101)])
+def test_of_many_changes_of_the_phase_every_nth_is_integrated(
+    intervals: int, integrated: int, monkeypatch: Patch
+) -> None:
+    counts: list[int] = []
+
+    def integrate(law: Any, y: numpy.ndarray, spans: numpy.ndarray) -> Any:
+        counts.append(len(spans))
+        return law.vectors(y), 0 * spans
+
+    monkeypatch.setattr(residuals.ContactLaw, "may_change", lambda law, y, least: least[0] < 9)
+    monkeypatch.setattr(residuals, "integrate_scene", integrate)
+    scene = "coulomb-stick-slip"
+    rows = rows_of(vectors(intervals + 1, 5000, scene), scene)
+    bounds = by_law(rows).bounds["state"]
+    assert (counts, numpy.isfinite(bounds).sum()) == ([integrated], integrated)
