@@ -102,9 +102,6 @@ def _estimated(names: Sequence[Name]) -> tuple[list[Name], dict[Name, Name]]:
     return [name for name in names if name not in estimates], estimates
 
 
-# ---- two runs at the same instants --------------------------------------------------------------
-
-
 class Pair(NamedTuple):
     """States of a run and of its finer run, for the rows ``index`` of a table of errors.
 
@@ -368,9 +365,6 @@ def _zero(
     form = setup.formulation
     before, after = (form.State(*x[: len(form.columns)]) for x in (row, there))
     return form.State.elapsed(step, before, after), there
-
-
-# ---- digits -------------------------------------------------------------------------------------
 
 
 def digits_over_rows(

@@ -276,19 +276,14 @@ class Solution(Memory):
 def backends(scene: Scene) -> Iterator[Any]:
     """Give the integrators for a scene, each imported when the earlier ones have refused.
 
-    They are modules with ``refuses(scene, setup)``, which gives a reason or None, and
-    ``run(scene, setup, start, progress)``, which integrates the segments.
+    They have ``refuses(scene, setup)``, a reason or None, and ``run``, which gives the segments.
     """
     here, pieces = "tt_precise.integration", [IN_PIECES] if scene.in_pieces else []
     return map(import_module, [f"{here}.heyoka_backend", *pieces, f"{here}.multidouble_backend"])
 
 
 def solve(scene: Scene, setup: Setup, progress: Progress | None = None) -> Solution:
-    """The solution of ``scene``, integrated once with ``setup``.
-
-    Raises ``InputError``: the top is not on the table at t = 0, there are too many events or steps,
-    or no backend supports the set-up.
-    """
+    """The solution of ``scene``, integrated once with ``setup`` by the first backend that can."""
     start = beginning(scene, setup.precision, setup.contact, threading.get_ident())
     for backend in backends(scene):
         reason = backend.refuses(scene, setup)

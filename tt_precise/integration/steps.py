@@ -60,16 +60,10 @@ class Steps:
                 numpy.matmul(powers, self.terms[part, i].T, out=row[:, part])
         return rows
 
-    def inside(self, step: Array | slice, position: Array) -> Array:
+    def inside(self, step: Array, position: Array) -> Array:
         """Evaluate the doubles at a position, or a row of positions, in each given step."""
         terms = numpy.ascontiguousarray(self.terms[step].T)
-        if position.ndim > 1:
-            terms = terms[..., None]
-        value = terms[-1] + 0 * position
-        for term in terms[-2::-1]:
-            value *= position
-            value += term
-        return value
+        return horner(terms if position.ndim == 1 else terms[..., None], position)
 
     def times(self, step: Array, position: Array) -> Array:
         """Return the times of positions in steps, in the arithmetic of the positions."""
@@ -80,6 +74,15 @@ class Steps:
         doubles = times.astype(float) if numbers else times[:, 0]
         step = numpy.searchsorted(self.begin, doubles, side="left") - 1
         return self.evaluate(numpy.maximum(step, 0), times, numbers)
+
+
+def horner(terms: Array, position: Array) -> Array:
+    """Evaluate polynomials; the first axis of ``terms`` are the powers."""
+    value = terms[-1] + 0 * position
+    for term in terms[-2::-1]:
+        value *= position
+        value += term
+    return value
 
 
 def join(blocks: Sequence[Steps]) -> Steps:
@@ -120,7 +123,8 @@ def of_heyoka(output: ContinuousOutput, setup: Setup, start: InitialState) -> St
     with numpy.errstate(all="ignore"):
         powers = numpy.vander(length, series.shape[2], increasing=True)
         terms = series.astype(float, copy=False) * powers[:, None]
-    if not numpy.isfinite(terms).all():  # beside a pole coefficients exceed doubles
+    # beside a pole coefficients exceed doubles
+    if not (precision.is_float or numpy.isfinite(terms).all()):
         power = span**0
         for k in range(series.shape[2]):
             terms[:, :, k] = (series[:, :, k] * power[:, None]).astype(float)

@@ -43,10 +43,8 @@ def figure(
         drifts = tuple(f"{DRIFT}{name}" for name in reading.drift_over_time(run))
         panels = [("theta",), ENERGIES, ("g_n",), drifts]
     columns = [name for panel in panels for name in panel]
-    tables = [
-        (name, table_with_errors(solution, columns, None, "float"))
-        for name, solution in ((label, run), *others.items())
-    ]
+    runs = ((label, run), *others.items())
+    tables = [(name, table_with_errors(x, columns, None, "float")) for name, x in runs]
     with plotting.styled():
         drawing = plotting.new_figure(WIDTH, PANEL * len(panels) + 0.5)
         axes = list(drawing.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])

@@ -33,7 +33,8 @@ from tt_precise.integration.equations import event_value
 from tt_precise.integration.events import MOST_EVENTS
 from tt_precise.integration.precision import DOUBLES
 from tt_precise.integration.setup import Setup
-from tt_precise.integration.steps import Steps
+from tt_precise.integration.steps import Steps, horner
+from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, Functions, InputError, Scalar
 from tt_precise.scene.scene import InitialState
 from tt_precise.taylor import interpolation
@@ -161,15 +162,18 @@ class Zeros:
 
     # ---- values and errors ----------------------------------------------------------------------
 
+    def _body(self, number: Any) -> Parameters:
+        """Return the body of the equations, with its numbers converted once."""
+        form, given = self.setup.formulation, self.start.parameters
+        return self.start.once(
+            ("parameters", number), lambda: form.body(list(map(number, given(form))))
+        )
+
     def _values(
         self, which: Sequence[int], row: Sequence[Scalar], fn: Functions, number: Any = float
     ) -> Iterator[Scalar]:
         """Evaluate some functions at rows of any arithmetic."""
-        layout, form = self.setup.layout, self.setup.formulation
-        body = self.start.once(
-            ("parameters", number),
-            lambda: form.body([number(x) for x in self.start.parameters(form)]),
-        )
+        layout, body = self.setup.layout, self._body(number)
         q, moving = layout.motion(body, row, fn), None
         for event in (self.events[i] for i in which):
             if event.of_rate:
@@ -238,10 +242,9 @@ class Zeros:
         self._lost = lost[:, -1]
         roundings = 2 * terms.shape[2] * size  # of a value of a series
         errors = size * lost + roundings * rounding
-        layout, form = self.setup.layout, self.setup.formulation
-        body = form.body([float(x) for x in self.start.parameters(form)])
         sized = list(map(Sized, row[:, 0], errors / rounding))
-        for i, rate in enumerate(layout.rates(body, sized, SizedFunctions())):
+        rates = self.setup.layout.rates(self._body(float), sized, SizedFunctions())
+        for i, rate in enumerate(rates):
             coupled = getattr(rate, "size", 0.0) * rounding * self.steps.length
             errors[i] = numpy.fmax(errors[i], coupled)  # undefined where gliding begins
         in_double = numpy.fmax(errors, roundings * ROUNDING)
@@ -276,6 +279,8 @@ class Zeros:
 
     def _require_defined(self, table: Array) -> None:
         """Refuse functions that are undefined; where a segment begins or ends they may be."""
+        if numpy.isfinite(table.sum()):
+            return
         undefined = ~numpy.isfinite(table)
         if self._continued and not self.steps.begin[0]:
             undefined[0, :, 0] = False
@@ -302,7 +307,9 @@ class Zeros:
         most = polynomials.tail + doubt
         changes, certain = interpolation.sign_changes(polynomials.bernstein, most)
         certain &= numpy.isfinite(most)
-        single = certain & (changes == 1) & (polynomials.tail <= SINGLE * abs(values).max(axis=0))
+        single = certain & (changes == 1)
+        largest = abs(values[:, single]).max(axis=0, initial=0)
+        single[single] = polynomials.tail[single] <= SINGLE * largest
         unclear = ~single & ~(certain & (changes == 0))
         divided = (single | unclear).reshape(shape)
         marked = numpy.ones((shape[0], self.count + 1), dtype=bool)
@@ -334,9 +341,7 @@ class Zeros:
             width = numpy.where(split, numpy.diff(bounds)[number], 1.0)
             begin = begin + numpy.where(split, bounds[number], 0.0)
             values = self._at_nodes(begin, width)
-        for halving in range(BISECTIONS + 1):
-            if not len(begin):
-                break
+        for halving in range(BISECTIONS + 1 if len(begin) else 0):
             which, step, inside = self._located(begin)
             at_start = exact_start & (step == 0) & (inside == 0)
             doubt, largest = error.copy(), numpy.fmax.reduce(abs(values), initial=0)
@@ -363,6 +368,8 @@ class Zeros:
                 of = numpy.flatnonzero(shaped)[open_[of]]
                 position, extent = begin[of] + at * width[of], width[of] * ~at_start[of]
                 points.append(numpy.stack([position, self._at(position), doubt[of], extent]))
+            if shaped.all():
+                break
             begin, width, error, largest = (x[~shaped] for x in (begin, width / 2, doubt, largest))
             middle = self._errors_at(begin + width)
             # where errors exceed the function it may be undefined, which is asked later
@@ -386,11 +393,12 @@ class Zeros:
             error[unsure] = self._errors_at(position[unsure], self._rounding)
             position, value, error, _ = points = _in_order([points])
         if self._exact_start:
-            which, _, _ = self._located(position)
-            first = numpy.flatnonzero((position % (self.count + 1) == 0) & ~(abs(value) > error))
+            unsure = numpy.flatnonzero(~(abs(value) > error))
+            first = unsure[position[unsure] % (self.count + 1) == 0]
             if len(first):
                 values = self.start.once(("events at the start", self.setup), self._with_guard_bits)
-                value[first], error[first] = values[which[first]], error[first] * GUARD
+                which, _, _ = self._located(position[first])
+                value[first], error[first] = values[which], error[first] * GUARD
         return points
 
     def _with_guard_bits(self) -> Array:
@@ -450,12 +458,13 @@ class Zeros:
             change = before * sign < 0
             if way := self.events[i].direction:
                 change &= sign == way
-            for high, several in zip(counted[change] + begin, gap[change], strict=True):
+            behind, gap = counted[change] + begin, gap[change]
+            for k in numpy.flatnonzero(gap):
                 # the change of sign among undecided values
-                while several and high > begin and value[high - 1] * value[high] > 0:
-                    high -= 1
-                changes.append(high)
-        return numpy.array(changes, dtype=int)
+                while behind[k] > begin and value[behind[k] - 1] * value[behind[k]] > 0:
+                    behind[k] -= 1
+            changes.append(behind)
+        return numpy.concatenate(changes) if changes else numpy.zeros(0, dtype=int)
 
     # ---- refinement -----------------------------------------------------------------------------
 
@@ -481,10 +490,10 @@ class Zeros:
         left, right = (numpy.clip(2 * (x - origin) / width - 1, -1, 1) for x in (low, high))
         root, slope = interpolation.zero_between(polynomials, left, right, direction)
         zero, slope = numpy.clip(origin + width * (1 + root) / 2, low, high), 2 * slope / width
-        series = steps.of(step)  # the step of each zero
+        terms = numpy.ascontiguousarray(steps.terms[step].T)
 
         def in_double(position: Array) -> tuple[Array, Sequence[Array]]:
-            row = series.inside(slice(None), position)
+            row = horner(terms, position)
             return self._of_each(which, row, DOUBLES), row
 
         zero, end, row, slope = secants(in_double, zero, slope, low, high, direction, ROUNDING)
@@ -497,12 +506,14 @@ class Zeros:
             zero, low, high = (numbers.array(x.tolist()) for x in (zero, low, high))
             zero, _, row, _ = secants(evaluate, zero, slope, low, high, direction, self._rounding)
             times = steps.times(step, zero)
-        noise = self._errors_at(position[behind[broken]], self._rounding)
-        noise = numpy.where((step[broken] == 0) & (steps.begin[0] == 0), noise, 0)
-        for k in broken[~(abs(value[behind[broken]]) <= noise)].tolist():
-            raise self.broken([which[k]], float(times[k]))
-        self._unresolved |= set(which[broken].tolist())  # lost in noise beside the start
-        kept = numpy.setdiff1d(numpy.arange(len(times)), broken)
+        kept = numpy.ones(len(times), dtype=bool)
+        for k in broken.tolist():
+            at_start = not (steps.begin[0] or step[k])
+            noise = self._errors_at(position[behind[[k]]], self._rounding) if at_start else 0
+            if not abs(value[behind[k]]) <= noise:
+                raise self.broken([which[k]], float(times[k]))
+            kept[k] = False
+            self._unresolved.add(int(which[k]))  # lost in noise beside the start
         directions, state = direction[kept].astype(int), tuple(x[kept] for x in row)
         self._hits.append(Hits(self._names[which[kept]], times[kept], directions, state))
         require_few(sum(map(len, self._hits)))
