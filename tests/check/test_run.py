@@ -94,8 +94,8 @@ def corrupt(kind: str, table: Table, rng: random.Random) -> None:
             table[rng.choice([name, "t"])][part] = rng.choice([numpy.nan, -numpy.inf, 0.0])
         case "shift":
             column[part] = numpy.roll(column[part], rng.choice([-2, -1, 1, 2]))
-        case "later":
-            table["t"][1:][part] += rng.choice([1e-5, -1e-5, 0.0037, 0.01])
+        case "later":  # at first the axis is at rest
+            table["t"][9:][part] += rng.choice([1e-5, -1e-5, 0.0037, 0.01])
         case "swap":
             column[part], table[other][part] = table[other][part].copy(), column[part].copy()
         case "permute":
