@@ -15,7 +15,7 @@ import pandas
 import pytest
 
 from tests.check.conftest import VECTORS, check, matches, refuses, solved, vectors
-from tests.conftest import Patch, Said
+from tests.conftest import Patch
 from tests.golden.tables import edit_cell
 from tt_precise.check import sources
 from tt_precise.runtime import files
@@ -24,15 +24,13 @@ AXIS = b"t,kx,ky,kz,Lx,Ly,Lz\n"
 ROW = b"0,0,0,1,0,0,1\n"
 
 
-def values(source: Any, **words: Any) -> dict[str, Any]:
+def values(source: Any, **words: Any) -> list[Any]:
     """Return the checks without golden digits, which differ for 0.1 as text and as float."""
     checks = check(source, "reference", **words).checks
-    return {each.name: (each.verdict, each.value, each.at) for each in checks[:-1]}
+    return [(each.name, each.verdict, each.value, each.at) for each in checks[:-1]]
 
 
-def test_every_format_gives_the_same_result(
-    written: Path, tmp_path: Path, monkeypatch: Patch
-) -> None:
+def test_every_format_is_the_same(written: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     pyarrow = pytest.importorskip("pyarrow")
     frame, data = vectors(), written.read_bytes()
     arrays: dict[str, Any] = {name: frame[name].to_numpy() for name in VECTORS}
@@ -126,17 +124,13 @@ def test_sources_that_are_no_files(tmp_path: Path) -> None:
     [("kz", "nan", 2.98), ("kz", "-inf", 2.98), ("kz", "", 2.98), ("kz", "1e999", 2.98),
      ("t", "nan", 2.97)],
 )  # fmt: skip
-def test_a_simulation_that_blew_up_fails_at_its_time(
-    written: Path, column: str, text: str, at: float, said: Said, no_cause: None
-) -> None:
+def test_a_blow_up_fails_at_its_time(written: Path, column: str, text: str, at: float) -> None:
     edit_cell(written, 300, column, lambda _: text)
-    screen = said("check", written, "--scene reference", status=1)
-    assert "run.csv: FAIL (reference, 298 rows" in screen
     result = check(written, "reference")
     assert [each.name for each in result.failures] == ["finite"]
+    assert result.rows == 298
     assert result["finite"].at == pytest.approx(at)
     assert "line 300" in result["finite"].note
-    assert result.rows == 298
     assert check(written, "reference", until=2.9).passed
     with pytest.raises(AssertionError, match="where the checks stop"):
         matches(written, "reference", digits=8)
@@ -144,11 +138,10 @@ def test_a_simulation_that_blew_up_fails_at_its_time(
 
 @pytest.mark.parametrize("row", [0, 1])
 def test_a_blow_up_at_the_start_leaves_nothing_to_check(row: int) -> None:
-    frame = vectors().astype(object)
+    frame = vectors(9).astype(object)
     frame.loc[row, "kz"] = None
     result = check(frame, "reference", digits=8)
-    assert [each.name for each in result.failures] == ["finite"]
-    assert {each.verdict for each in result.checks} == {"fail", "skipped"}
+    assert [each.verdict for each in result.checks if each.verdict != "skipped"] == ["fail"]
     assert f"kz = nan in row {row}" in str(result)
     assert result["finite"].at == frame["t"][row]
     frame.loc[row, "t"] = None  # the time is that of the row before, or 0
@@ -165,23 +158,27 @@ def test_every_known_column_is_finite(no_cause: None) -> None:
     assert check(poles, "upright")["finite"].verdict == "pass"
 
 
-def test_input_that_would_lose_something_is_refused() -> None:
-    columns = {name: vectors()[name].to_numpy() for name in VECTORS}
-    kz, t = columns["kz"], columns["t"]
-    dates = numpy.datetime64("2026-01-01") + (t * 1e9).astype("timedelta64[ns]")
-    for name, spoilt, message in (
-        ("kz", [*kz[:5], "abc", *kz[6:]], "row 5, column kz: got 'abc', expected a number"),
-        ("kz", kz + 1j, "column kz: got complex128 .*, expected one real number"),
-        ("kz", numpy.ma.masked_less(kz, 0), "column kz: got masked entries"),
-        ("kz", kz.reshape(-1, 1), r"column kz: got float64 of shape \(801, 1\)"),
-        ("kz", kz > 0, "column kz: got bool"),
-        ("kz", [10**400, *kz[1:]], "row 0, column kz: got '10*', expected a number"),
-        ("t", dates, r"column t: got datetime64\[ns\] .* one real number"),
-        ("t", dates - dates[0], r"column t: got timedelta64\[ns\]"),
-        ("t", pandas.Series(dates), r"column t: got datetime64\[ns\]"),
-    ):
-        refuses(message, {**columns, name: spoilt})
-    refuses("column kx occurs twice", pandas.concat([vectors(), vectors()[["kx"]]], axis=1))
+KZ, T = vectors(9)["kz"].to_numpy(), vectors(9)["t"].to_numpy()
+DATES = numpy.datetime64("2026-01-01") + (T * 1e9).astype("timedelta64[ns]")
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        ("kz", [*KZ[:5], "abc", *KZ[6:]], "row 5, column kz: got 'abc', expected a number"),
+        ("kz", [10**400, *KZ[1:]], "row 0, column kz: got '10*', expected a number"),
+        ("kz", KZ + 1j, "column kz: got complex128 .*, expected one real number"),
+        ("kz", numpy.ma.masked_less(KZ, 1), "column kz: got masked entries"),
+        ("kz", KZ.reshape(-1, 1), r"column kz: got float64 of shape \(9, 1\)"),
+        ("kz", KZ > 0, "column kz: got bool"),
+        ("t", DATES, r"column t: got datetime64\[ns\] .* one real number"),
+        ("t", DATES - DATES[0], r"column t: got timedelta64\[ns\]"),
+        ("t", pandas.Series(DATES), r"column t: got datetime64\[ns\]"),
+    ],
+)
+def test_input_that_would_lose_something_is_refused(name: str, values: Any, message: str) -> None:
+    columns = {each: vectors(9)[each].to_numpy() for each in VECTORS}
+    refuses(message, {**columns, name: values})
 
 
 # ---- files that claim more than they hold, or point elsewhere ----------------------------------
@@ -200,52 +197,36 @@ def test_archives_that_unpack_to_more_are_refused(tmp_path: Path, small: int) ->
     numpy.savez_compressed(tmp_path / "bomb.npz", **zeros)
     assert (tmp_path / "bomb.npz").stat().st_size < 10_000
     (tmp_path / "bomb.csv.gz").write_bytes(gzip.compress(AXIS + small * ROW))
-    (tmp_path / "large.json").write_text(small * "  ")
-    for name, what in (("npz", "numbers in t"), ("csv.gz", "text")):
+    (tmp_path / "bomb.json").write_text(small * "  ")
+    for name, what in (("npz", "numbers in t"), ("csv.gz", "text"), ("json", "text")):
         refuses(f"bomb.{name}: more than 0 GB of {what}", tmp_path / f"bomb.{name}")
-    refuses("large.json: more than 0 GB of text", tmp_path / "large.json")
 
 
 def test_an_array_longer_than_its_member_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "short.npz"
     header = {"descr": "<f8", "fortran_order": False, "shape": (10**8,)}
-    with zipfile.ZipFile(path, "w") as archive:
+    with zipfile.ZipFile(tmp_path / "short.npz", "w") as archive:
         for name in VECTORS:
             with archive.open(f"{name}.npy", "w") as file:
                 numpy.lib.format.write_array_header_1_0(file, header)
-    refuses("expected .* bytes got 0", path)
+    refuses("expected .* bytes got 0", tmp_path / "short.npz")
 
 
 def test_nothing_outside_an_hdf5_file_is_followed(tmp_path: Path, small: int) -> None:
     h5py = pytest.importorskip("h5py", reason="needs the extra hdf5")
-    path, pipe = tmp_path / "run.h5", tmp_path / "p"
+    pipe, axis = tmp_path / "p", VECTORS[1:7]
     os.mkfifo(pipe)
-
-    def circle(file: Any) -> None:
-        file["t"], file["u"] = h5py.SoftLink("/u"), h5py.SoftLink("/t")
-
-    def link(file: Any) -> None:
-        file["t"] = h5py.ExternalLink(str(pipe), "/t")
-
-    def stored_elsewhere(file: Any) -> None:
-        for name in VECTORS:
-            file.create_dataset(name, shape=(4,), dtype="f8", external=[(str(pipe), 0, 32)])
-
-    def large(file: Any) -> None:
-        file.create_dataset("t", shape=(small,), dtype="f8", chunks=(1000,), compression="gzip")
-        for name in VECTORS[1:]:
-            file[name] = [0.0]
-
-    def twice(file: Any) -> None:
-        file["a/t"] = file["b/t"] = [0.0, 1.0]
-
-    for write, message in (
-        (circle, "missing t"),
-        (link, "missing t"),
-        (stored_elsewhere, "run.h5: Lx lies in another file"),
-        (large, "run.h5: more than 0 GB of numbers in t"),
-        (twice, "column t occurs twice"),
+    elsewhere: Any = {"shape": (4,), "dtype": "f8", "external": [(str(pipe), 0, 32)]}
+    large: Any = {"shape": (small,), "dtype": "f8", "chunks": (1000,), "compression": "gzip"}
+    for links, data, message in (
+        ({"t": h5py.SoftLink("/u"), "u": h5py.SoftLink("/t")}, {}, "missing t"),
+        ({"t": h5py.ExternalLink(str(pipe), "/t")}, {}, "missing t"),
+        ({"a/t": [0.0, 1.0], "b/t": [0.0, 1.0]}, {}, "column t occurs twice"),
+        ({"t": [0.0]}, dict.fromkeys(axis, elsewhere), "lies in another file"),
+        ({name: [0.0] for name in axis}, {"t": large}, "more than 0 GB of numbers in t"),
     ):
-        with h5py.File(path, "w") as file:
-            write(file)
-        refuses(message, path)
+        with h5py.File(tmp_path / "run.h5", "w") as file:
+            for name, link in links.items():
+                file[name] = link
+            for name, options in data.items():
+                file.create_dataset(name, **options)
+        refuses(message, tmp_path / "run.h5")
