@@ -103,7 +103,7 @@ PRIMES = {"theta'": "theta_dot", "phi'": "phi_dot"}
          {**PRIMES, "psi'": "psi_dot"}),
     ],
 )  # fmt: skip
-def test_columns_pass_under_the_names_that_the_refusal_asks_for(
+def test_columns_pass_under_the_names_asked_for(
     name: str, columns: dict[str, str], message: str, remedy: dict[str, str]
 ) -> None:
     refuses(message, CASES / name, columns=columns)
@@ -127,9 +127,7 @@ def test_the_index_of_a_table_may_be_the_time() -> None:
     # a simulation that blew up before is not padded
     [("top", 0.03, True), ("inf", 0.03, True), ("top", 0.05, False), ("inf", 0.05, True)],
 )
-def test_padding_behind_the_time_asked_for_is_left_out(
-    name: str, until: float, passes: bool
-) -> None:
+def test_padding_behind_the_end_is_left_out(name: str, until: float, passes: bool) -> None:
     failures = check(CASES / f"nan_tail/{name}.csv", "reference", until=until).failures
     assert [each.name for each in failures] == ([] if passes else ["finite"])
 

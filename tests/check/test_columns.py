@@ -28,22 +28,17 @@ Change = Callable[[pandas.DataFrame], pandas.DataFrame]
 def test_a_rigid_body_is_checked_like_its_vectors() -> None:
     frame = solved(BODY)
     result = check(frame, "reference", limits={"jellett": 1e-13})
-    assert result.passed, str(result)
-    assert result.columns == "rigid body"
+    assert (result.verdict, result.columns) == ("pass", "rigid body")
     for name in ("contact_velocity", "quaternion_norm", "equations"):
         assert result[name].verdict == "pass"
     assert result["axis_norm"].verdict == "skipped"
-    # as vectors
     assert {*VECTORS[1:]} <= {*result["golden"].parts}
     assert (result["golden"].value or 0) > 8
-    # off the table, and with a drifting quaternion
     lifted = frame.assign(vcz=frame["vcz"] + numpy.where(frame["t"] > 6, 1e-4, 0))
     assert check(lifted, "reference")["contact_velocity"].verdict == "fail"
-    longer = frame.assign(qw=frame["qw"] * 1.00001)
-    assert check(longer, "reference")["quaternion_norm"].verdict == "fail"
     without_velocity = check(frame.drop(columns=["vcx", "vcy", "vcz"]), "reference")
-    assert without_velocity["jellett"].verdict == "pass"
-    assert without_velocity["energy"].verdict == "open"
+    for name, verdict in (("jellett", "pass"), ("energy", "open"), ("equations", "open")):
+        assert without_velocity[name].verdict == verdict
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from tt_precise.check.residuals import (
 )
 
 Change = Callable[[pandas.DataFrame], pandas.DataFrame]
+Way = Callable[..., StepResiduals]
 
 
 @pytest.mark.parametrize("even", [True, False])
@@ -35,24 +36,18 @@ def test_polynomials_are_exact_to_their_degree(even: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("scene", "hertz", "rows", "least", "most"),
-    [
-        ("reference", 120, 61, 0.0, 1.0),
-        ("reference", 960, 481, 0.0, 1.0),
-        # a friction force that changes within a row needs the factor of safety
-        ("stribeck", 240, 481, 0.6, 1.0),
-    ],
+    ("scene", "hertz", "least"),
+    # a friction force that changes within a row needs the factor of safety
+    [("reference", 120, 0.0), ("reference", 960, 0.0), ("stribeck", 240, 0.6)],
 )
-def test_right_rows_stay_within_the_bounds_of_any_force(
-    scene: str, hertz: int, rows: int, least: float, most: float
-) -> None:
-    steps = by_any_force(rows_of(pose(rows, hertz, scene), of=scene))
+def test_right_rows_stay_within_their_bounds(scene: str, hertz: int, least: float) -> None:
+    steps = by_any_force(rows_of(pose(481, hertz, scene), of=scene))
     shares = []
     for name in ("rotation", "momentum", "position"):
         resolved = numpy.isfinite(steps.bounds[name])
         assert resolved.mean() > 0.9
         shares.append(float((norm(getattr(steps, name)) / steps.bounds[name])[resolved].max()))
-    assert least < max(shares) < most
+    assert least < max(shares) < 1
 
 
 HERTZ = 4000
@@ -123,17 +118,13 @@ def test_a_part_of_the_motion_may_be_unresolved_if_it_is_allowed() -> None:
     ],
 )
 @pytest.mark.parametrize("way", [by_law, by_any_force])
-def test_planted_changes_are_seen(
-    way: Callable[..., StepResiduals], name: str, change: Change
-) -> None:
+def test_planted_changes_are_seen(way: Way, name: str, change: Change) -> None:
     before, steps = (way(rows_of(frame)) for frame in (pose(241, 480), change(pose(241, 480))))
     assert norm(getattr(steps, name)).max() > 100 * norm(getattr(before, name)).max()
 
 
 @pytest.mark.parametrize("way", [by_law, by_any_force])
-def test_rows_in_blocks_have_the_same_residuals(
-    way: Callable[..., StepResiduals], monkeypatch: Patch
-) -> None:
+def test_rows_in_blocks_have_the_same_residuals(way: Way, monkeypatch: Patch) -> None:
     whole = way(rows_of(pose(241, 480)))
     monkeypatch.setattr(residuals, "BLOCK", 50)
     steps = way(rows_of(pose(241, 480)))
@@ -143,9 +134,7 @@ def test_rows_in_blocks_have_the_same_residuals(
 
 
 @pytest.mark.parametrize("way", [by_law, by_any_force])
-def test_euler_angles_without_phi_have_an_inclination_only(
-    way: Callable[..., StepResiduals],
-) -> None:
+def test_euler_angles_without_phi_have_an_inclination_only(way: Way) -> None:
     frame = euler(200)
     wrong = frame.assign(theta_dot=frame["theta_dot"] + 0.01)
     before, after = (way(rows_of(each)) for each in (frame, wrong))
@@ -154,7 +143,7 @@ def test_euler_angles_without_phi_have_an_inclination_only(
 
 
 @pytest.mark.parametrize(("intervals", "integrated"), [(200, 200), (201, 101)])
-def test_of_many_changes_of_the_phase_every_nth_is_integrated(
+def test_at_most_200_switches_are_integrated(
     intervals: int, integrated: int, monkeypatch: Patch
 ) -> None:
     counts: list[int] = []
