@@ -16,7 +16,7 @@ from tt_precise.mechanics.newton import NewtonState
 
 VECTORS = ["t", *NewtonState._fields]
 EULER = ["t", "theta", "theta_dot", "phi_dot", "omega_3", "nu_x", "nu_y"]
-BODY = ["qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz"]
+BODY = ["t", "qw", "qx", "qy", "qz", "wx", "wy", "wz", "vcx", "vcy", "vcz"]
 POSE = [*BODY, "x", "y", "z"]
 check, matches = tt.check.conservation, tt.check.assert_matches_golden
 
@@ -33,24 +33,18 @@ def trajectory(scene: str, *record: str) -> Any:
     return tt.integrate(scene, events=(), record=record)
 
 
-@cache
-def _solved(
-    columns: tuple[str, ...], rows: int, hertz: float, scene: str, begin: float
-) -> pandas.DataFrame:
-    times = [begin + i / hertz for i in range(rows)]
-    run = trajectory(scene, *(TRACK if {*TRACK} & {*columns} else ()))
-    return run.frame(*(n for n in columns if n != "t"), times=times, numbers="float")
-
-
 def solved(
-    columns: Sequence[str], rows: int = 801, hertz: float = 100.0, scene: str = "reference",
+    columns: Sequence[str], rows: int = 801, hertz: float = 100, scene: str = "reference",
     begin: float = 0.0,
 ) -> pandas.DataFrame:  # fmt: skip
-    """Return rows of a scene's solution in double; the columns of a physics engine are ``pose``."""
-    return _solved(tuple(columns), rows, hertz, scene, begin).copy()
+    """Return rows of a scene's solution in double; the columns of a physics engine are ``POSE``."""
+    times = [begin + i / hertz for i in range(rows)]
+    run = trajectory(scene, *(TRACK if {*TRACK} & {*columns} else ()))
+    frame: pandas.DataFrame = run.frame(*columns[1:], times=times, numbers="float")
+    return frame
 
 
-vectors, euler, pose = partial(solved, VECTORS), partial(solved, EULER), partial(solved, POSE)
+vectors, pose = partial(solved, VECTORS), partial(solved, POSE)
 
 
 def rows_of(frame: str | pandas.DataFrame, of: Any = None, **assumed: Any) -> Rows:

@@ -75,28 +75,29 @@ def test_a_failure_without_a_hypothesis_has_no_cause(change: Change) -> None:
     assert "not explained" in str(check(frame, "reference", start="other"))
 
 
-def rest(before: list[Check], after: list[Check]) -> float:
-    """Return the rest of a hypothesis that changes nothing, whose checks are ``after``."""
+EQUATIONS = Check("equations", "fail", 1.0, 1e-6)
+FEW = Check("equations", "fail", 2e-6, 1e-6)
+PASSED, OPEN = Check("equations", "pass", 0.0, 1e-6), Check("equations", "open")
+DRIFT, CONSTANT = Check("jellett", "fail", 1.0, 1e-6), Check("jellett", "pass", 0.0, 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "rest"),
+    [
+        ([EQUATIONS], [PASSED], 0.0),
+        ([EQUATIONS], [replace(EQUATIONS, value=0.02)], 0.02),
+        ([EQUATIONS], [replace(EQUATIONS, value=numpy.nan)], numpy.inf),
+        ([FEW], [replace(PASSED, value=5e-7)], numpy.inf),  # another number may leave a quarter too
+        ([PASSED], [EQUATIONS], numpy.inf),  # passed before
+        ([DRIFT, OPEN], [CONSTANT, OPEN], numpy.inf),  # no deciding check
+        ([DRIFT, OPEN], [CONSTANT, PASSED], 0.0),
+    ],
+)
+def test_a_hypothesis_leaves_a_part_of_a_failure(
+    before: list[Check], after: list[Check], rest: float
+) -> None:
     failure = FailedRows(rows_of(vectors(51)), before, lambda rows: iter(after))
-    return failure.rest(Hypothesis("parameter", "", lambda rows: rows))
-
-
-def test_a_hypothesis_leaves_a_part_of_a_failure() -> None:
-    passed = [Check("equations", "pass", 0.0, 1e-6)]
-    for before, after, part in (
-        (1.0, 0.0, 0.0),
-        (2e-6, 5e-7, numpy.inf),  # passes, but leaves a quarter: another number may too
-        (1.0, 0.02, 0.02),
-        (1.0, numpy.nan, numpy.inf),
-    ):
-        left = [Check("equations", "pass" if after <= 1e-6 else "fail", after, 1e-6)]
-        assert rest([Check("equations", "fail", before, 1e-6)], left) == part
-        # a check that passed before must not fail
-        assert (rest(passed, left) < 1) == (after <= 1e-6)
-    # without a deciding check nothing is explained
-    before_, open_ = Check("jellett", "fail", 1.0, 1e-6), Check("equations", "open")
-    for after_, part in ((open_, numpy.inf), (passed[0], 0.0)):
-        assert rest([before_, open_], [Check("jellett", "pass", 0.0, 1e-6), after_]) == part
+    assert failure.rest(Hypothesis("parameter", "", lambda rows: rows)) == rest
 
 
 @pytest.mark.parametrize("friction", ["scene", "other"])

@@ -14,7 +14,6 @@ from tests.check.conftest import (
     POSE,
     VECTORS,
     check,
-    euler,
     refuses,
     solved,
 )
@@ -58,7 +57,7 @@ def test_missing_columns_are_named(columns: str, message: str) -> None:
 
 
 def test_renames() -> None:
-    theirs = euler()[EULER[:5]].rename(columns={"t": "time", "omega_3": "spin"})
+    theirs = solved(EULER[:5]).rename(columns={"t": "time", "omega_3": "spin"})
     result = check(theirs, "reference", columns={"time": "t", "spin": "omega_3"})
     assert result.columns == "Euler"
     assert renaming(["time=t, spin=omega_3"]) == {"time": "t", "spin": "omega_3"}

@@ -11,11 +11,9 @@ import numpy
 import pandas
 import pytest
 
-from tests.check.conftest import VECTORS
+from tests.check.conftest import vectors
 from tests.conftest import Captured, Printed, Said
-from tt_precise import load_scene
 from tt_precise.cli import main
-from tt_precise.mechanics.newton import NewtonState, rates
 
 
 def test_exit_status_and_json(written: Path, printed: Printed) -> None:
@@ -95,20 +93,16 @@ def test_nothing_heavy_is_imported(written: Path) -> None:
 
 @pytest.mark.slow
 def test_a_million_rows_take_less_than_a_gigabyte(tmp_path: Path) -> None:
-    # an upright spin is a closed form, with noise of one eps, so that numbers have all their digits
-    scene, rows, rng = load_scene("upright"), 1_000_000, numpy.random.default_rng(1)
-    spin = scene.body.numbers(float).I3 * float(scene.start.omega_3)
-    state = NewtonState(0.0, 0.0, 1.0, 0.0, 0.0, spin, 0.0, 0.0)
-    assert not any(rates(scene.body.numbers(float), state))
-    noisy = [value + 1e-16 * rng.standard_normal(rows) for value in state]
-    path = tmp_path / "million.csv"
-    columns = dict(zip(VECTORS, [numpy.arange(rows) * 8e-6, *noisy], strict=True))
-    pandas.DataFrame(columns).to_csv(path, index=False)
+    # an upright spin, with noise of one eps, so that numbers have all their digits
+    rows, rng = 1_000_000, numpy.random.default_rng(1)
+    start = vectors(2, 100, "upright").iloc[0].to_dict() | {"t": numpy.arange(rows) * 8e-6}
+    columns = {name: value + 1e-16 * rng.standard_normal(rows) for name, value in start.items()}
+    pandas.DataFrame(columns).to_csv(tmp_path / "million.csv", index=False)
     # its own peak: what the system tells of a child includes that of the process it was split off
     code = (
         "import re, sys\nfrom tt_precise.cli import main\n"
-        f"assert main(['check', {str(path)!r}, '--scene', 'upright']) == 0\n"
-        "found = re.search(r'VmHWM:\\s*(\\d+) kB', open('/proc/self/status').read())\n"
-        "print(found[1], file=sys.stderr)\n"
+        f"assert main(['check', {str(tmp_path / 'million.csv')!r}, '--scene', 'upright']) == 0\n"
+        "peak = re.search(r'VmHWM:\\s*(\\d+) kB', open('/proc/self/status').read())\n"
+        "print(peak[1], file=sys.stderr)\n"
     )
     assert 30_000 < int(run_python(code).stderr.split()[-1]) < 1_000_000

@@ -60,7 +60,7 @@ def written(frame: pandas.DataFrame, convention: Convention) -> Columns:
     t = numpy.rint(t) if convention.time.startswith("rows") else t
     length = LENGTH[convention.length]
     rows = (*q.T, *(w.T / ANGLE[convention.angle]), *(v.T / length), *(x.T / length))
-    return {"t": t, **dict(zip(POSE, rows, strict=True))}
+    return dict(zip(POSE, (t, *rows), strict=True))
 
 
 def draw(rng: numpy.random.Generator, hertz: int, start: str) -> Convention:
@@ -243,7 +243,7 @@ def state(engine: str, **changed: Any) -> Columns:
     columns = written(pose(200, 1000), replace(DOCUMENTED[engine], **changed))
     q, w, v, x = (
         numpy.array([columns[name] for name in names]).T
-        for names in (POSE[:4], POSE[4:7], POSE[7:10], POSE[10:])
+        for names in (POSE[1:5], POSE[5:8], POSE[8:11], POSE[11:])
     )
     if engine == "mujoco":
         return {"t": columns["t"], "qpos": numpy.hstack([x, q]), "qvel": numpy.hstack([v, w])}

@@ -3,7 +3,7 @@
 import numpy
 import pytest
 
-from tests.check.conftest import EULER, POSE, VECTORS, check, pose, rows_of, solved, vectors
+from tests.check.conftest import EULER, POSE, VECTORS, rows_of, solved, vectors
 from tt_precise.check.rows import half_unit
 from tt_precise.mechanics.flight import LiftedState
 
@@ -79,15 +79,3 @@ def test_a_height_is_part_of_the_state() -> None:
         for component, true in zip(rows.state, expected, strict=True):
             assert component == pytest.approx(true, rel=1e-9, abs=1e-12)
     assert not rows_of(frame[VECTORS], "flight").has_height
-
-
-def test_a_rounded_file_of_another_world_is_a_rounded_file() -> None:
-    frame = pose(101, 1000).drop(columns=["x", "y", "z"])
-    theirs = frame.rename(columns={"wy": "wz", "wz": "wy", "vcy": "vcz", "vcz": "vcy"})
-    half = numpy.sqrt(0.5)
-    w, x, y, z = (frame[name] for name in ("qw", "qx", "qy", "qz"))
-    theirs[["wz", "vcz"]] *= -1
-    theirs[["qw", "qx", "qy", "qz"]] = half * numpy.array([w + x, x - w, y + z, z - y]).T
-    result = check(theirs.round(6), "reference", world="y-up")
-    assert result.passed, str(result)
-    assert result.written == "some 6 digits"

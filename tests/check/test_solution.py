@@ -53,26 +53,6 @@ def test_a_start_is_the_same_to_the_digits_of_32_bits(size: float, verdict: str)
         assert check(moved, "reference")["start"].verdict == verdict
 
 
-@pytest.mark.parametrize(
-    ("earlier", "friction", "verdict", "note"),
-    [
-        (0, "scene", "pass", "the solution at t = 2 s"),
-        (0, "other", "open", "the file begins at t = 2 s"),
-        (2, "scene", "fail", "another start than the scene's"),
-    ],
-)
-def test_a_restart_is_the_solution_at_its_own_time(
-    earlier: float, friction: str, verdict: str, note: str
-) -> None:
-    rows = vectors().iloc[200:260]
-    shifted = rows.assign(t=rows["t"] - earlier)
-    start = check(shifted, "reference", friction=friction)["start"]
-    assert (start.verdict, note in start.note) == (verdict, True)
-    assert check(shifted, "reference", friction=friction, start="other").passed
-    if verdict == "pass":
-        assert matches(rows, "reference", digits=9).passed
-
-
 # ---- columns beside the state ------------------------------------------------------------------
 
 SPOILT: dict[str, Callable[[Any], Any]] = {
@@ -145,7 +125,10 @@ def test_more_than_double_is_seen(tmp_path: Path) -> None:
     assert golden(path, digits=15).verdict == "pass"
 
 
-@pytest.mark.parametrize(("scene", "digits"), [("reference", 6), ("track", 20), ("rolling", 9)])
+@pytest.mark.parametrize(
+    ("scene", "digits"),
+    [("reference", 6), ("track", 20), ("rolling", 9), ("coulomb-flight", 8), ("contact-lost", 8)],
+)
 def test_delivered_digits_pass_the_check(scene: str, digits: int) -> None:
     frame = tt.integrate(scene, digits=digits).frame(numbers="text")
     assert matches(frame, scene, digits=digits).passed
@@ -184,22 +167,12 @@ def test_other_bodies_and_names_are_integrated(changes: dict[str, str], least: f
     assert least <= result.value < least + 8
 
 
-@pytest.mark.parametrize("scene", ["coulomb-flight", "elastic-linear"])
-def test_a_wrong_row_of_a_top_that_lifts_is_noticed(scene: str) -> None:
-    frame = pandas.DataFrame(tt.golden.load(scene))[VECTORS]
-    assert check(frame, scene, digits=12).passed
-    wrong = frame.assign(ky=frame["ky"] + 1e-9 * (frame.index == len(frame) // 2))
-    assert [each.name for each in check(wrong, scene, digits=12).failures] == ["golden"]
-
-
 @pytest.mark.parametrize("scene", ["coulomb-flight", "contact-lost"])
-def test_a_run_is_compared_to_its_early_end(scene: str) -> None:
+def test_rows_behind_the_end_of_the_motion_are_no_solution(scene: str) -> None:
     frame = tt.integrate(scene, digits=8).frame(numbers="text")
-    assert golden(frame, scene, digits=8).verdict == "pass"
-    late = frame.copy()
-    late.loc[len(frame) - 1, "t"] = str(1.001 * float(frame["t"].iloc[-1]))
+    frame.loc[len(frame) - 1, "t"] = str(1.001 * float(frame["t"].iloc[-1]))
     with pytest.raises((tt.InputError, AssertionError), match=r"could not be compared|golden: "):
-        matches(late, scene, digits=8)
+        matches(frame, scene, digits=8)
 
 
 @pytest.mark.parametrize(
