@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 import numpy
 import pandas
@@ -10,7 +11,7 @@ import pytest
 
 import tt_precise as tt
 from tests.check.conftest import VECTORS, check, rows_of, vectors
-from tests.conftest import more
+from tests.conftest import Patch, more
 from tt_precise.check import causes
 from tt_precise.check.causes import FailedRows, Hypothesis, power, with_change
 from tt_precise.check.checks import DEFAULT_LIMITS, judge
@@ -75,40 +76,53 @@ def test_a_failure_without_a_hypothesis_has_no_cause(change: Change) -> None:
     assert "not explained" in str(check(frame, "reference", start="other"))
 
 
-EQUATIONS = Check("equations", "fail", 1.0, 1e-6)
-FEW = Check("equations", "fail", 2e-6, 1e-6)
-PASSED, OPEN = Check("equations", "pass", 0.0, 1e-6), Check("equations", "open")
-DRIFT, CONSTANT = Check("jellett", "fail", 1.0, 1e-6), Check("jellett", "pass", 0.0, 1e-6)
+def of(verdict: Any, value: float | None = None, name: str = "equations") -> Check:
+    return Check(name, verdict, value, 1e-6)
+
+
+FAILED, PASSED, OPEN = of("fail", 1.0), of("pass", 0.0), of("open")
+DRIFT, CONSTANT = of("fail", 1.0, "jellett"), of("pass", 0.0, "jellett")
 
 
 @pytest.mark.parametrize(
     ("before", "after", "rest"),
     [
-        ([EQUATIONS], [PASSED], 0.0),
-        ([EQUATIONS], [replace(EQUATIONS, value=0.02)], 0.02),
-        ([EQUATIONS], [replace(EQUATIONS, value=numpy.nan)], numpy.inf),
-        ([FEW], [replace(PASSED, value=5e-7)], numpy.inf),  # another number may leave a quarter too
-        ([PASSED], [EQUATIONS], numpy.inf),  # passed before
+        ([FAILED], [PASSED], 0.0),
+        ([FAILED], [of("fail", 0.02)], 0.02),
+        ([FAILED], [of("fail", numpy.nan)], numpy.inf),
+        ([of("fail", 2e-6)], [of("pass", 5e-7)], numpy.inf),  # a quarter
+        ([PASSED], [FAILED], numpy.inf),  # passed before
         ([DRIFT, OPEN], [CONSTANT, OPEN], numpy.inf),  # no deciding check
         ([DRIFT, OPEN], [CONSTANT, PASSED], 0.0),
     ],
 )
-def test_a_hypothesis_leaves_a_part_of_a_failure(
-    before: list[Check], after: list[Check], rest: float
-) -> None:
+def test_a_hypothesis_leaves_a_part(before: list[Check], after: list[Check], rest: float) -> None:
     failure = FailedRows(rows_of(vectors(51)), before, lambda rows: iter(after))
     assert failure.rest(Hypothesis("parameter", "", lambda rows: rows)) == rest
 
 
+@pytest.mark.parametrize(
+    ("rests", "named"), [([0.05, 0.02, 0.0, 0.2], ["2"]), ([0.05, 0.02], ["1"]), ([0.2], [])]
+)
+def test_the_convention_that_leaves_least_is_named(
+    rests: list[float], named: list[str], monkeypatch: Patch
+) -> None:
+    candidates = [(str(i), lambda rows: rows) for i in range(len(rests))]
+    monkeypatch.setattr(causes, "candidates", lambda rows: iter(candidates))
+    monkeypatch.setattr(FailedRows, "rest", lambda rows, each: rests[int(each.text)])
+    explained = causes.explain(rows_of(vectors(9)), [DRIFT], lambda rows: iter([]))
+    assert [each.text for each in explained] == named
+
+
 @pytest.mark.parametrize("friction", ["scene", "other"])
 def test_the_power_of_a_pass_is_true(friction: str) -> None:
-    """A change half as large again as the power fails; a tenth of it passes."""
+    """A change half as large again as the power fails; half of it passes."""
     rows = rows_of(vectors(241, 480), friction=friction)
     sizes = power(rows)
     assert {"g", "alpha", "clock"} <= {*sizes}
     deciding = {"scene": ["equations"], "other": ["kinematics", "contact_momentum"]}[friction]
     for name, size in sizes.items():
-        for factor, fails in ((1.5, True), (0.05, False)):
+        for factor, fails in ((1.5, True), (0.5, False)):
             few = with_change(rows.part(slice(0, causes.FEW)), name, factor * size)
             with numpy.errstate(all="ignore"):
                 checks = {check.name: check for check in judge(few, DEFAULT_LIMITS)}

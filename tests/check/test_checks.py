@@ -12,8 +12,6 @@ from tests.conftest import Patch, more
 from tt_precise.check import checks, residuals
 from tt_precise.check.checks import CHECKS
 from tt_precise.check.residuals import StepResiduals, torque_unit
-from tt_precise.check.rows import Rows
-from tt_precise.runtime.values import Check
 
 # Causes are tested elsewhere.
 pytestmark = pytest.mark.usefixtures("no_cause")
@@ -104,8 +102,7 @@ def test_a_table_may_not_pull(pull: float, verdict: str) -> None:
     """A row falls faster than gravity makes it fall, by a part ``pull``."""
     frame = solved(POSE, 100, 960)
     frame.loc[50, "vcz"] = float(frame["vcz"][49]) - (1 + pull) * 9.82 / 960
-    result = check(frame, "reference", friction="other")
-    assert result["normal_force"].verdict == verdict
+    assert check(frame, "reference", friction="other")["normal_force"].verdict == verdict
 
 
 def test_a_pulling_table_and_a_gliding_point_of_a_rolling_top_fail() -> None:
@@ -166,13 +163,8 @@ def test_written_digits_hide_little(name: str, columns: list[str], roundings: fl
 FAULTS = ("damped motion", "no gyroscopic term", "normal force is the weight", "friction pushes")
 
 
-@pytest.mark.parametrize(
-    ("fault", "hertz"),
-    [
-        *((fault, 240) for fault in FAULTS),
-        *(more(fault, hertz) for fault in FAULTS for hertz in (60, 960)),
-    ],
-)
+@pytest.mark.parametrize("hertz", [240, more(60), more(960)])
+@pytest.mark.parametrize("fault", FAULTS)
 def test_planted_faults_of_an_engine_fail(engine: Engine, fault: str, hertz: int) -> None:
     rows = engine(hertz, 0.5, fault=fault)
     assert check(rows, "reference").verdict == "fail"
@@ -189,50 +181,45 @@ def test_right_engines_of_every_law_pass(engine: Engine, law: str) -> None:
     assert (check(rows, "reference").verdict == "fail") == (law != "viscous")
 
 
-def residuals_of(rows: Rows, **parts: float | numpy.ndarray) -> StepResiduals:
-    """Return residuals that are 0 but for ``parts``, about x; ``bound`` is that of the momentum."""
-    count = len(rows.t) - 1
-    bounds = {name: numpy.zeros(count) for name in ("rotation", "position", "momentum")}
-    bounds["momentum"] = bounds["momentum"] + parts.pop("bound", 0.0)
-    values = {name: numpy.zeros((3, count)) for name in bounds}
-    for name, value in parts.items():
-        values[name][0] = value
-    empty = numpy.empty((0, count))
-    return StepResiduals(**values, bounds=bounds, energy=empty, least=empty, state=empty)
+ALONE = numpy.eye(100)[50]
+FIRST = 1.0 * (numpy.arange(100) < 9)  # A mean over fewer than ten intervals is no more than these.
 
 
-def test_intervals_and_sums_count_by_their_factors(monkeypatch: Patch) -> None:
+@pytest.mark.parametrize(
+    ("name", "part", "values", "value", "verdict"),
+    [
+        ("kinematics", "rotation", 0.9e-3 * ALONE, 0.9e-2, "pass"),
+        ("kinematics", "rotation", 1.1e-3 * ALONE, 1.1e-2, "fail"),
+        ("kinematics", "rotation", 1.1e-4, 1.1e-2, "fail"),  # the sum
+        ("contact_momentum", "momentum", 0.9e-4 * ALONE, 0.9e-4, "pass"),
+        ("contact_momentum", "momentum", 1.1e-4 * ALONE, 1.1e-4, "fail"),
+        ("contact_momentum", "momentum", 0.6e-4, 1.2e-4, "fail"),  # the mean
+        ("contact_momentum", "momentum", 0.6e-4 * FIRST, 1.2e-4 * 9 / 11, "pass"),
+        ("contact_momentum", "bound", 0.29, 0.0, "pass"),
+        ("contact_momentum", "bound", 0.31, 0.0, "open"),
+        # a fault may hide in any interval
+        ("contact_momentum", "bound", numpy.where(ALONE, numpy.inf, 0), 0.0, "open"),
+    ],
+)
+def test_intervals_and_sums_count_by_their_factors(
+    name: str, part: str, values: Any, value: float, verdict: str, monkeypatch: Patch
+) -> None:
     """An interval of the attitude counts ten times, the mean torque twice."""
-    rows = rows_of(vectors(101), friction="other")
+    rows, quantities = rows_of(vectors(101), friction="other"), ("rotation", "position", "momentum")
+    residual = {quantity: numpy.zeros((3, 100)) for quantity in quantities}
+    bounds = {quantity: numpy.zeros(100) for quantity in quantities}
+    changed = bounds["momentum"] if part == "bound" else residual[part][0]
+    changed += values * (torque_unit(rows.body) * 0.01 if name == "contact_momentum" else 1.0)
+    none: Any = dict.fromkeys(("energy", "least", "state"), numpy.empty((0, 100)))
+    steps = StepResiduals(**residual, bounds=bounds, **none)
     monkeypatch.setattr(checks, "obeys_scene", lambda rows: False)
-    unit = torque_unit(rows.body) * float(numpy.diff(rows.t)[0])
-    alone = numpy.zeros(100)
-    alone[50] = 1.0
-    first = numpy.zeros(100)
-    first[:9] = 1.0  # a mean over fewer than ten intervals says no more than they do
-    gap = numpy.where(alone > 0, numpy.inf, 0.0)
-
-    def judged(name: str, **parts: float | numpy.ndarray) -> Check:
-        monkeypatch.setattr(residuals, "by_any_force", lambda rows: residuals_of(rows, **parts))
-        (row_check,) = (each for each in CHECKS if each.name == name)
-        return row_check.result(rows, row_check.limit)
-
-    for name, parts, value, verdict in (
-        ("kinematics", {"rotation": 0.9e-3 * alone}, 0.9e-2, "pass"),
-        ("kinematics", {"rotation": 1.1e-3 * alone}, 1.1e-2, "fail"),
-        ("kinematics", {"rotation": 1.1e-4}, 1.1e-2, "fail"),  # the sum
-        ("contact_momentum", {"momentum": 0.9e-4 * unit * alone}, 0.9e-4, "pass"),
-        ("contact_momentum", {"momentum": 1.1e-4 * unit * alone}, 1.1e-4, "fail"),
-        ("contact_momentum", {"momentum": 0.6e-4 * unit}, 1.2e-4, "fail"),  # the mean
-        ("contact_momentum", {"momentum": 0.6e-4 * unit * first}, 1.2e-4 * 9 / 11, "pass"),
-        ("contact_momentum", {"bound": 0.29 * unit}, 0.0, "pass"),
-        ("contact_momentum", {"bound": 0.31 * unit}, 0.0, "open"),
-        ("contact_momentum", {"bound": gap}, 0.0, "open"),  # a fault may hide in any interval
-    ):
-        result = judged(name, **parts)
-        assert result.verdict == verdict, (name, parts)
-        assert result.value == pytest.approx(value, rel=1e-6, abs=1e-12)
-    assert judged("contact_momentum", bound=0.29 * unit).bound == pytest.approx(0.29, rel=1e-6)
+    monkeypatch.setattr(residuals, "by_any_force", lambda rows: steps)
+    (row_check,) = (each for each in CHECKS if each.name == name)
+    result = row_check.result(rows, row_check.limit)
+    assert result.verdict == verdict
+    assert result.value == pytest.approx(value, rel=1e-6, abs=1e-12)
+    if part == "bound" and verdict == "pass":
+        assert result.bound == pytest.approx(values, rel=1e-6)
 
 
 @pytest.mark.parametrize(

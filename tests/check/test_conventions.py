@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy
@@ -13,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 import tt_precise as tt
 from benchmarks.engines import ENGINES as ADAPTERS
-from tests.check.conftest import EULER, POSE, VECTORS, Engine, check, pose, refuses, solved, vectors
-from tests.conftest import Said, more
+from tests.check.conftest import EULER, POSE, VECTORS, Engine, check, matches, refuses, solved
+from tests.conftest import more
 from tt_precise.check import conventions
 from tt_precise.check.conventions import ANGLE, LENGTH, TIME, Convention
 from tt_precise.scene.scene import parse_scene
@@ -95,7 +94,7 @@ def test_random_conventions_are_named(seed: int, count: int, friction: str) -> N
     for _ in range(count):
         hertz, start = int(rng.choice([60, 1000])), str(rng.choice(["scene", "other"]))
         convention = draw(rng, hertz, start)
-        rows = written(pose(200, hertz, begin=0.0 if start == "scene" else 3.0), convention)
+        rows = written(solved(POSE, 200, hertz, begin=0.0 if start == "scene" else 3.0), convention)
         causes = check(rows, "reference", friction=friction, start=start).causes
         words = convention.words()
         same = {words, words.replace("t counts rows at 1000 Hz", "the time is in ms")}
@@ -111,7 +110,7 @@ def test_wrong_physics_is_explained_by_no_convention(seed: int, count: int, fric
     rng, explained = numpy.random.default_rng(seed), []
     for _ in range(count):
         hertz, begin = int(rng.choice([60, 1000])), float(rng.choice([0.0, 3.0]))
-        frame, scene = pose(200, hertz, begin=begin), SCENE
+        frame, scene = solved(POSE, 200, hertz, begin=begin), SCENE
         name = str(rng.choice(["R", "alpha", "I1", "I3", "g", "t", "wx", "vcx"]))
         factor = 1 + float(rng.choice([-1, 1])) * 10 ** rng.uniform(-3, -0.5)
         if name in frame:
@@ -136,7 +135,7 @@ def test_a_unit_of_an_engine_with_a_soft_contact_is_named(engine: Engine) -> Non
 @pytest.mark.parametrize("axis", conventions.AXES)
 @pytest.mark.parametrize("world", conventions.WORLDS)
 def test_a_file_passes_in_its_own_world_only(world: str, axis: str, no_cause: None) -> None:
-    theirs = written(pose(101, 1000), Convention().in_world(world, axis))
+    theirs = written(solved(POSE, 101, 1000), Convention().in_world(world, axis))
     own = check(theirs, "reference", world=world, axis=axis)
     assert own.passed, str(own)
     assert (own["golden"].value or 0) > 11
@@ -219,7 +218,7 @@ def test_conventions_of_vectors_and_angles(
 @pytest.mark.parametrize("since", [9.0, 0.7])
 def test_a_convention_holds_in_all_rows(since: float) -> None:
     """The world of a part, longer than what the search looks at, is no convention."""
-    rows = vectors(601, 500)
+    rows = solved(VECTORS, 601, 500)
     spoilt = Y_UP(rows).where(rows["t"] < since, rows)
     result = check(spoilt, "reference", friction="other", start="other")
     named = [cause.text for cause in result.causes if cause.kind == "convention"]
@@ -240,7 +239,7 @@ DOCUMENTED = {
 
 def state(engine: str, **changed: Any) -> Columns:
     """Return the arrays that an engine writes of the first 0.2 s."""
-    columns = written(pose(200, 1000), replace(DOCUMENTED[engine], **changed))
+    columns = written(solved(POSE, 200, 1000), replace(DOCUMENTED[engine], **changed))
     q, w, v, x = (
         numpy.array([columns[name] for name in names]).T
         for names in (POSE[1:5], POSE[5:8], POSE[8:11], POSE[11:])
@@ -255,16 +254,11 @@ def test_every_engine_of_the_adapters_has_a_convention() -> None:
 
 
 @pytest.mark.parametrize("engine", DOCUMENTED)
-def test_each_engine_passes_in_its_own_convention_only(
-    engine: str, tmp_path: Path, said: Said, no_cause: None
-) -> None:
-    numpy.savez(tmp_path / "run.npz", **state(engine))  # type: ignore[arg-type]
-    options = f"--scene reference --until 0.199 --digits 9 --from {engine}"
-    said("check", tmp_path / "run.npz", options, status=0)
+def test_engines_pass_in_their_own_convention_only(engine: str, no_cause: None) -> None:
     arrays = state(engine)
     arrays["clock"] = arrays.pop("t" if engine == "mujoco" else "time")
-    renamed: Any = {"engine": engine, "columns": {"clock": "t"}}
-    assert check(arrays, "reference", **renamed).passed
+    renamed: Any = {"engine": engine, "columns": {"clock": "t"}, "until": 0.199}
+    assert matches(arrays, "reference", digits=9, **renamed).passed
     other = "mujoco:cm" if engine == "mujoco" else "ode" if engine == "bullet" else "rapier"
     assert not check(state(engine), "reference", engine=other).passed
     of_cm = state("mujoco", point="cm", place="cm")
@@ -281,9 +275,8 @@ def test_numbered_columns_are_arrays(form: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ["bullet", "drake"])
-def test_components_may_have_their_own_names(engine: str) -> None:
-    """The letters say the order of the quaternion, whatever the engine's."""
-    columns = written(pose(200, 1000), replace(DOCUMENTED[engine], order="scalar first"))
+def test_letters_say_the_order_of_a_quaternion(engine: str) -> None:
+    columns = written(solved(POSE, 200, 1000), replace(DOCUMENTED[engine], order="scalar first"))
     table = {name.replace("vc", "v"): columns[name] for name in columns}
     assert check(table, "reference", engine=engine).passed
 
@@ -298,9 +291,7 @@ def test_components_may_have_their_own_names(engine: str) -> None:
         ("mujoco", {"qpos": numpy.zeros((200, 6))}, r"qpos: got shape \(200, 6\)"),
     ],
 )
-def test_engines_and_arrays_that_are_refused(
-    engine: str, changed: dict[str, Any], message: str
-) -> None:
+def test_refused_arrays(engine: str, changed: dict[str, Any], message: str) -> None:
     arrays = {name: x for name, x in (state("mujoco") | changed).items() if x is not None}
     refuses(message, arrays, engine=engine)
 
