@@ -103,26 +103,23 @@ def test_random_conventions_are_named(seed: int, count: int, friction: str) -> N
     assert missed == []
 
 
+WRONG = ("R", "alpha", "I1", "I3", "g", "t", "wx", "vcx")
+
+
 @pytest.mark.parametrize("friction", ["scene", "other"])
-@pytest.mark.parametrize(("seed", "count"), [(2, 2), pytest.param(5, 50, marks=pytest.mark.slow)])
-def test_wrong_physics_is_explained_by_no_convention(seed: int, count: int, friction: str) -> None:
+@pytest.mark.parametrize("name", ["wx", "alpha", *(more(name) for name in WRONG)])
+def test_wrong_physics_is_explained_by_no_convention(name: str, friction: str) -> None:
     """Right rows against another body, by another clock, or with a spoilt column."""
-    rng, explained = numpy.random.default_rng(seed), []
-    for _ in range(count):
-        hertz, begin = int(rng.choice([60, 1000])), float(rng.choice([0.0, 3.0]))
+    for hertz, begin, factor in ((60, 0.0, 1.003), (1000, 3.0, 0.8)):
         frame, scene = solved(POSE, 200, hertz, begin=begin), SCENE
-        name = str(rng.choice(["R", "alpha", "I1", "I3", "g", "t", "wx", "vcx"]))
-        factor = 1 + float(rng.choice([-1, 1])) * 10 ** rng.uniform(-3, -0.5)
         if name in frame:
-            frame = frame.assign(**{name: factor * frame[name]})
+            frame[name] *= factor
         else:
-            number = Fraction(scene.body.in_file_units()[name]) * Fraction(factor)
-            scene = scene.varied(**{name: str(number)})
+            number = Fraction(SCENE.body.in_file_units()[name]) * Fraction(factor)
+            scene = SCENE.varied(**{name: str(number)})
         result = check(frame, scene, friction=friction, start="other")
-        kinds = {cause.kind for cause in result.causes}
-        if "convention" in kinds or (friction == "scene" and result.passed):
-            explained.append((name, factor, hertz, begin, result.causes))
-    assert explained == []
+        assert "convention" not in {cause.kind for cause in result.causes}
+        assert friction == "other" or not result.passed
 
 
 def test_a_unit_of_an_engine_with_a_soft_contact_is_named(engine: Engine) -> None:
