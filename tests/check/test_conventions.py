@@ -16,7 +16,6 @@ from tests.check.conftest import EULER, POSE, VECTORS, Engine, check, matches, r
 from tests.conftest import more
 from tt_precise.check import conventions
 from tt_precise.check.conventions import ANGLE, LENGTH, TIME, Convention
-from tt_precise.scene.scene import parse_scene
 
 SCENE = tt.load_scene("reference")
 BODY = SCENE.body.numbers(float)
@@ -161,16 +160,6 @@ def holding(words: str) -> Spoil:
 PHI = [*EULER, "phi"]
 
 
-@pytest.fixture(scope="module")
-def dry() -> pandas.DataFrame:
-    """A motion with dry friction, which is not the scene's."""
-    text = "\n".join(line for line in SCENE.text.splitlines() if not line.startswith("mu"))
-    friction = '[friction]\nlaw = "regularised"\nmu = "0.3"\nepsilon = "0.01"\n'
-    scene = parse_scene(f"{text}\n{friction}", "dry", "dry.toml")
-    run, rows = tt.integrate(scene, events=(), record=("phi",)), [0.005 * i for i in range(150)]
-    return run.frame(*VECTORS[1:], *PHI[1:], times=rows, numbers="float")
-
-
 MIRRORED = "the world is left-handed, z up, or the top spins the other way"
 Y_UP = holding("ky=kz kz=-ky Ly=Lz Lz=-Ly")
 
@@ -202,12 +191,12 @@ Y_UP = holding("ky=kz kz=-ky Ly=Lz Lz=-Ly")
         (PHI, "", times(-1, "nu_y")),
     ],
 )  # fmt: skip
-def test_conventions_of_vectors_and_angles(
-    dry: pandas.DataFrame, columns: list[str], text: str, spoil: Spoil
-) -> None:
-    for frame, friction in ((solved(columns, 151, 200), "scene"), (dry[columns], "other")):
-        assert check(frame, "reference", friction=friction).passed
-        result = check(spoil(frame), "reference", friction=friction)
+def test_conventions_of_vectors_and_angles(columns: list[str], text: str, spoil: Spoil) -> None:
+    """Of a motion of the scene's friction, and of one of another friction than the scene's."""
+    for name, mu, friction in (("reference", "0.3", "scene"), ("regularised-1e-2", "0.2", "other")):
+        frame, scene = solved(columns, 151, 200, name), tt.load_scene(name).varied(mu=mu)
+        assert check(frame, scene, friction=friction).passed
+        result = check(spoil(frame), scene, friction=friction)
         named = [cause.text for cause in result.causes if cause.kind == "convention"]
         assert (result.verdict, named) == ("fail", [text] * bool(text))
 
