@@ -192,7 +192,7 @@ Y_UP = holding("ky=kz kz=-ky Ly=Lz Lz=-Ly")
     ],
 )  # fmt: skip
 def test_conventions_of_vectors_and_angles(columns: list[str], text: str, spoil: Spoil) -> None:
-    """Of a motion of the scene's friction, and of one of another friction than the scene's."""
+    """Rows of the scene's friction, and rows of another friction than the scene's."""
     for name, mu, friction in (("reference", "0.3", "scene"), ("regularised-1e-2", "0.2", "other")):
         frame, scene = solved(columns, 151, 200, name), tt.load_scene(name).varied(mu=mu)
         assert check(frame, scene, friction=friction).passed
