@@ -67,7 +67,7 @@ def test_changes_of_the_phase_are_integrated(scene: str, largest: float) -> None
     switches = law.may_change(y, steps.least)[0]
     errors, bounds = abs(steps.state[:, switches]).max(axis=0), steps.bounds["state"][switches]
     assert (errors < bounds).all()
-    assert bounds.max() == pytest.approx(largest, rel=0.5, abs=0)
+    assert bounds.max() == pytest.approx(largest, rel=0.1, abs=0)
     # the friction of another law is seen in these intervals
     other = residuals.by_law(rows_of(scene, of=tt.load_scene(scene).varied(mu="0.31")))
     assert abs(other.state).max() > 1e-4
