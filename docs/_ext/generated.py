@@ -33,14 +33,14 @@ def table_of(header: Sequence[str], rows: Sequence[Sequence[str]]) -> Iterator[s
 @maker
 def columns(_: str) -> Iterator[str]:
     """Each column set with units and meanings, and the conventions."""
-    from tt_precise.commands.check import CONVENTIONS, column_sets, meaning
+    from tt_precise.commands.check import column_sets, conventions, meaning
 
     for name, members in column_sets().items():
         yield from (f"**{name[0].upper()}{name[1:]}**", "")
         rows = [(f"`{name}`", column["unit"], meaning(column)) for name, column in members.items()]
         yield from table_of(("column", "unit", "meaning"), rows)
         yield ""
-    for sentence in CONVENTIONS:
+    for sentence in conventions():
         yield f"- {sentence}"
 
 

@@ -33,6 +33,7 @@ VISIBLE_TORQUE = 0.3
 SINKING = 0.1  # Depth in R to which a table may give way under another force than the scene's.
 MOST_MISSING = 0.5  # Part of the motion that the scene's law may leave unresolved.
 LEADING = 2048  # Rows that must obey the scene's law before all rows are asked.
+DENSE = 0.1  # Nutation (rad) from row to row up to which eight rows resolve every smooth motion.
 FOLLOWING = 1e-3  # Distance from the equations up to which their motion between rows is theirs.
 TOO_FEW_DIGITS = "the file has too few digits"
 
@@ -257,11 +258,13 @@ def _equations(rows: Rows) -> Residual:
 
 
 def obeys_scene(rows: Rows) -> bool:
-    """Test that the rows obey the scene's own equations, to its usual limit."""
+    """Test that the rows obey the scene's own equations; false where any force is resolved."""
     if "obeys scene" not in rows.cache:
         obeys = _has_height(rows) and rows.has_velocity and rows.rounding < PAPER_LIMIT
-        if obeys and rows.assumed.friction == "other" and len(rows.t) > LEADING:
-            obeys = obeys_scene(rows.part(slice(LEADING)))
+        if obeys and rows.assumed.friction == "other":
+            obeys = not rows.assumed.smooth or residuals.nutation(rows).max() > DENSE
+            if obeys and len(rows.t) > LEADING:
+                obeys = obeys_scene(rows.part(slice(LEADING)))
         if obeys:
             residual = _equations(rows)
             obeys = bool(residual.values.max() <= PAPER_LIMIT and residual.bound <= PAPER_LIMIT)

@@ -303,26 +303,25 @@ def _by_polynomials(t: Array, values: Array, integral: bool) -> tuple[Array, Arr
     for total, count in zip(sums, (FINE, COARSE), strict=True):
         rows, weights = stencils(t, count, integral)
         for column in range(rows.shape[1]):
-            total += weights[:, column] * values[:, rows[:, column]]
+            total += weights[:, column] * values.take(rows[:, column], axis=1)
     sums *= numpy.diff(t) if integral else 1 / numpy.diff(t)
     return sums[0], abs(sums[0] - sums[1])
 
 
 def stencils(t: Array, count: int, integral: bool) -> tuple[Array, Array]:
     """Return the rows (n - 1, count) near each interval, and the weights of their values."""
-    count = min(count, len(t))
-    first = numpy.clip(numpy.arange(len(t) - 1) - (count // 2 - 1), 0, len(t) - count)
+    count, steps = min(count, len(t)), numpy.diff(t)
+    own = numpy.arange(len(steps))
+    first = numpy.clip(own - (count // 2 - 1), 0, len(t) - count)
     rows = first[:, None] + numpy.arange(count)
-    u = (t[rows] - t[:-1, None]) / numpy.diff(t)[:, None]  # the interval is [0, 1]
-    # intervals whose rows are at the same distances have the same weights
-    keys = numpy.rint(u * 1e9).astype(numpy.int64)
-    _, some, back = numpy.unique(keys[:, [0, -1]] @ [1, 1 << 20], return_index=True,
+    # intervals at the same position among evenly spaced rows have the same weights
+    even = abs(steps / steps[0] - 1).max() < 1e-9
+    _, some, back = numpy.unique(own - first if even else own, return_index=True,
                                  return_inverse=True)  # fmt: skip
-    if abs(u - u[some][back]).max() > 1e-9:
-        some = back = numpy.arange(len(u))
+    u = (t[rows[some]] - t[some, None]) / steps[some, None]  # the interval is [0, 1]
     powers = numpy.arange(count)
     moments = 1.0 / (powers + 1) if integral else (powers == 1).astype(float)
-    matrix = u[some][:, None, :] ** powers[:, None]
+    matrix = u[:, None, :] ** powers[:, None]
     right = numpy.broadcast_to(moments, (len(some), count))[..., None]
     return rows, numpy.linalg.solve(matrix, right)[..., 0][back]
 

@@ -15,9 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tt_precise.commands import options
-from tt_precise.mechanics.digits import RULE
 from tt_precise.mechanics.laws import COULOMB, LAWS
-from tt_precise.mechanics.quantities import QUANTITIES, described
 from tt_precise.runtime.terminal import one_line, progress_bar
 from tt_precise.runtime.values import InputError, Json, require_name
 
@@ -149,8 +147,6 @@ def _write(result: Result, junit: str | None, markdown: str | None, plot: str | 
 
 # ---- columns -------------------------------------------------------------------------------------
 
-_TEXT = (Path(__file__).parent / "conventions.txt").read_text("utf-8")
-CONVENTIONS = (*_TEXT.splitlines(), f"Digits: {RULE}")
 Columns = dict[str, dict[str, Json]]
 
 
@@ -162,24 +158,33 @@ def columns_command(as_json: bool) -> int:
     Each line has name, unit, frame and meaning. `run --columns`, `events --columns` and `frame`
     take the quantities too; `extremum:NAME` and `zero:NAME` are their events.
     """
-    sets, table = column_sets(), quantities()
+    sets, table, sentences = column_sets(), quantities(), conventions()
     headed = {**sets, "quantities of `run --columns`, `events --columns` and `frame`": table}
     lines = ["A trajectory has one of these sets of columns; others are ignored."]
     for heading, columns in headed.items():
         lines += ["", heading]
         lines += [f"  {name:<20} {row['unit']:<9} {meaning(row)}" for name, row in columns.items()]
-    lines += ["", *(f"- {sentence}" for sentence in CONVENTIONS)]
+    lines += ["", *(f"- {sentence}" for sentence in sentences)]
     content = {
         "schema": "tt_precise.columns/1", "sets": sets, "quantities": table,
-        "conventions": CONVENTIONS,
+        "conventions": sentences,
     }  # fmt: skip
     options.emit(as_json, content, lines)
     return 0
 
 
+def conventions() -> list[str]:
+    """Return the conventions of columns, a sentence each."""
+    from tt_precise.mechanics.digits import RULE
+
+    text = (Path(__file__).parent / "conventions.txt").read_text("utf-8")
+    return [*text.splitlines(), f"Digits: {RULE}"]
+
+
 def column_sets() -> dict[str, Columns]:
     """Return the columns of each set, in order: unit, meaning and whether each is required."""
     from tt_precise.check.columns import COLUMN_SETS
+    from tt_precise.mechanics.quantities import described
 
     return {
         name: {
@@ -192,6 +197,8 @@ def column_sets() -> dict[str, Columns]:
 
 def quantities() -> Columns:
     """Return the unit and the meaning of each quantity along a motion."""
+    from tt_precise.mechanics.quantities import QUANTITIES
+
     return {
         name: {
             "unit": quantity.unit,

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from tt_precise.commands import options
-from tt_precise.mechanics.quantities import described
 from tt_precise.runtime.terminal import progress_bar
 from tt_precise.runtime.values import InputError, Json, listed
-from tt_precise.summary import TANGENCY, event_rows, with_error
 
 if TYPE_CHECKING:
     from tt_precise.exact.thresholds import Thresholds
@@ -49,6 +47,7 @@ def events_command(
     from tt_precise.integration import integrate
     from tt_precise.integration.events import EXTREMUM, JOINING, TERMINAL
     from tt_precise.integration.reading import is_drift
+    from tt_precise.summary import TANGENCY, event_rows
 
     chosen = listed(only)
     if drifts := [name for name in columns if is_drift(name)]:
@@ -91,11 +90,16 @@ def events_command(
 
 
 def _seconds(time: str | None, error: str | None) -> str:
+    from tt_precise.summary import with_error
+
     return "none" if time is None else f"{with_error(time, error, '.12f')} s"
 
 
 def _line(row: dict[str, Json], names: list[str]) -> str:
     """Return the text of an event: time, name, kind, theta, its own quantity and ``names``."""
+    from tt_precise.mechanics.quantities import described
+    from tt_precise.summary import with_error
+
     own, values = row["name"].rpartition(":")[2], row["columns"]
     theta = "" if values["theta"] is None else f"theta {float(values['theta']):.6f}"
     text = f"{_seconds(row['t'], row['error']):>20}  {row['name']:<20} {row['change']:<8} {theta}"
