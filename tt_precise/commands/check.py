@@ -76,15 +76,13 @@ if TYPE_CHECKING:
     help="Folder of golden data; by default the package's, and ./golden.",
 )
 @options.JSON
-@click.option("--junit", type=click.Path(dir_okay=False), help="Write JUnit XML.")
-@click.option("--markdown", type=click.Path(dir_okay=False), help="Write a Markdown table.")
-@click.option(
-    "--plot", type=click.Path(dir_okay=False), help="Draw the residuals (.svg, .png, .pdf)."
-)
+@click.option("--junit", type=options.FILE, help="Write JUnit XML.")
+@click.option("--markdown", type=options.FILE, help="Write a Markdown table.")
+@click.option("--plot", type=options.PICTURE, help="Draw the residuals (.svg, .png, .pdf).")
 @click.option("--verbose", is_flag=True, help="Print the table of all checks.")
 def check_command(
     trajectory: str, scene: str, columns: tuple[str, ...], limits: tuple[str, ...], as_json: bool,
-    junit: str | None, markdown: str | None, plot: str | None, verbose: bool, **settings: Any,
+    junit: Path | None, markdown: Path | None, plot: Path | None, verbose: bool, **settings: Any,
 ) -> int:  # fmt: skip
     """Check the conservation laws on TRAJECTORY.
 
@@ -110,10 +108,6 @@ def check_command(
     from tt_precise.check.result import unusable
     from tt_precise.check.run import examine
 
-    if plot is not None:
-        from tt_precise.runtime.plotting import require_format
-
-        require_format(plot)
     try:
         with progress_bar(f"checking {trajectory}") as progress:
             result = examine(
@@ -135,7 +129,7 @@ def check_command(
     return 0 if result.passed else 1
 
 
-def _write(result: Result, junit: str | None, markdown: str | None, plot: str | None) -> None:
+def _write(result: Result, junit: Path | None, markdown: Path | None, plot: Path | None) -> None:
     for path, text in ((junit, result.junit), (markdown, result.markdown)):
         if path is not None:
             from tt_precise.runtime.files import atomic_write
