@@ -113,7 +113,7 @@ def test_a_plot(failing: tt.check.Result, tmp_path: Path, suffix: str, begin: by
     drawn = [check for check in failing.checks if check.name in curves]
     assert {"jellett", "energy", "energy_balance", "equations"} <= {check.name for check in drawn}
     looks = {(curves[c.name].get_color(), curves[c.name].get_linestyle()) for c in drawn}
-    assert len(looks) == len(drawn) == 8
+    assert len(looks) == len(drawn) == 7
     dots = [numpy.array(line.get_xydata()) for line in axes.lines if line.get_marker() == "o"]
     assert len(dots) == sum(check.verdict == "fail" for check in drawn)
     assert numpy.min(dots, axis=0)[0, 0] == 4.0  # the first time beyond the limit
@@ -151,7 +151,7 @@ def test_a_curve_keeps_the_worst_of_a_long_trajectory() -> None:
         (Residual(numpy.zeros(3), bound=2.0, decided=True), "at most", "pass"),
         (Residual(numpy.full(3, 3.0), bound=2.0), "at most", "fail"),
         (Residual(numpy.array([0, numpy.nan, 0])), "at most", "fail"),
-        (Residual(numpy.array([2, numpy.nan, 2])), "above", "fail"),
+        (Residual(numpy.array([2, numpy.nan, 2])), "at least", "fail"),
     ],
 )
 def test_a_check_is_open_by_its_bound(residual: Residual, sense: Any, verdict: str) -> None:

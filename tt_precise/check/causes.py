@@ -23,18 +23,7 @@ import numpy
 from tt_precise.check.checks import DEFAULT_LIMITS, MEAN_COUNTS, MEAN_OVER, has_force
 from tt_precise.check.columns import Columns
 from tt_precise.check.conventions import candidates
-from tt_precise.check.law_flow import MOST_TURN, TURN, propagate
-from tt_precise.check.residuals import (
-    by_any_force,
-    by_law,
-    compared_components,
-    flow_sizes,
-    flow_state,
-    law_of,
-    norm,
-    sums_since_start,
-    torque_unit,
-)
+from tt_precise.check.residuals import by_any_force, by_law, norm, sums_since_start, torque_unit
 from tt_precise.check.result import Cause
 from tt_precise.check.rows import Rows
 from tt_precise.mechanics.parameters import Parameters
@@ -45,9 +34,7 @@ FEW = 120  # Leading rows on which a number is fitted, and a hypothesis is tried
 # right convention leaves the second, rounding of doubles, or up to the third in an engine's file: a
 # soft contact leaves some hundredths of the energy's failure, a wrong convention a part of 1.
 REST, NOTHING, ENGINES_REST = 0.01, 1e-6, 0.1
-# Relative change of a number for a derivative, and the error of the flow: the derivative is known
-# to a part of 1e-4.
-STEP, FLOW_ERROR = 1e-4, 1e-8
+STEP = 1e-4  # Relative change of a number for a derivative, which is known to a part of 1e-4.
 # Cosine of the angle between residuals and their derivative: a number that is wrong by a half is
 # more parallel to them. Passes of the fit: each gains a digit.
 PARALLEL, PASSES = 0.9, 10
@@ -189,12 +176,6 @@ def _numbers(rows: Rows, read: Reader) -> Iterator[Hypothesis]:
                 yield Hypothesis(kind, _in_words(name, p), change)
 
 
-def names_of(rows: Rows, own: bool) -> list[str]:
-    """Return the numbers on which the residuals depend; mu only under the scene's law."""
-    friction = own and not (rows.assumed.rolling or rows.assumed.flying)
-    return [name for name in (*BODY, "clock") if name != "mu" or (friction and rows.body.mu)]
-
-
 def with_change(rows: Rows, name: str, p: float, read: Reader = lambda body: {}) -> Rows:
     """Return the rows of a body whose number, or of a clock whose rate, is larger by the part p."""
     if name == "clock":
@@ -205,9 +186,10 @@ def with_change(rows: Rows, name: str, p: float, read: Reader = lambda body: {})
 
 
 def _residuals(rows: Rows, own: bool) -> Array:
-    """Return the residuals (components, intervals), relative to their sizes."""
+    """Return the residuals (components, intervals), relative to their sizes; 0 if unresolved."""
     if own:
-        values = by_law(rows).state
+        steps = by_law(rows)
+        values = numpy.where(numpy.isfinite(steps.bounds["state"]), steps.state, 0.0)
     else:
         steps, unit = by_any_force(rows), torque_unit(rows.assumed.scene.body.numbers(float))
         rise = rows.contact_velocity[2:, 1:] / rows.units["v"]
@@ -218,38 +200,15 @@ def _residuals(rows: Rows, own: bool) -> Array:
 def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
     """Return the derivatives of the residuals with respect to the relative change of each number.
 
-    Under one smooth law all bodies share one flow: their numbers are constants of its motion.
+    They depend on mu only under the scene's law.
     """
-    changed = {name: with_change(rows, name, STEP, read) for name in names_of(rows, own)}
-    if not (own and rows.assumed.smooth):
-        before = _residuals(rows, own)
-        return {name: (_residuals(there, own) - before) / STEP for name, there in changed.items()}
-    every, law = [rows, *changed.values()], law_of(rows)
-    states = numpy.concatenate([flow_state(each.motion)[:, :-1] for each in every], axis=1)
-    bodies, count = [[getattr(each.body, name) for each in every] for name in BODY], len(states)
-    start = numpy.vstack((states, numpy.repeat(bodies, len(rows.t) - 1, axis=1)))
-
-    def rates(y: Array) -> Array:
-        body = replace(rows.body, **dict(zip(BODY, y[count:], strict=True)))
-        derivative = replace(law, body=body).rates(rows.assumed.scene.model)
-        return numpy.vstack((derivative(y[:count]), 0 * y[count:]))
-
-    spans = numpy.concatenate([numpy.diff(each.t) for each in every])
-    sizes = numpy.append(flow_sizes(rows), numpy.ones(len(BODY)))
-    turn = rows.units["L"] / min(rows.body.I1, rows.body.I3) * spans
-    near = turn <= MOST_TURN  # beyond, as under a wrong unit of time, nothing is resolved
-    most = float(turn[near].max(initial=0.0))
-    halvings, spans = math.ceil(math.log2(max(most / TURN, 1.0))), numpy.where(near, spans, 0.0)
-    end = propagate(rates, start, spans, sizes, FLOW_ERROR, turn=most, halvings=halvings)
-    resolved = (near & (end.error <= FLOW_ERROR)).reshape(len(every), -1).all(axis=0)
-    ends = numpy.split(end.state[:count], len(every), axis=1)
-    before, *after = (
-        compared_components(each, each.state)[:, 1:]
-        - compared_components(each, law_of(each).vectors(there))
-        for each, there in zip(every, ends, strict=True)
-    )
-    return {name: numpy.where(resolved, there - before, 0.0) / STEP
-            for name, there in zip(changed, after, strict=True)}  # fmt: skip
+    friction = own and not (rows.assumed.rolling or rows.assumed.flying) and rows.body.mu
+    before = _residuals(rows, own)
+    return {
+        name: (_residuals(with_change(rows, name, STEP, read), own) - before) / STEP
+        for name in (*BODY, "clock")
+        if name != "mu" or friction
+    }
 
 
 def _fit(residuals: Callable[[float], Array], before: Array, slope: Array) -> float:

@@ -37,7 +37,8 @@ from tt_precise.check.rows import Rows
 from tt_precise.check.sources import Source, open_table
 from tt_precise.mechanics.newton import contact_arm, inverse_inertia
 from tt_precise.mechanics.parameters import Parameters
-from tt_precise.mechanics.vectors import axis_of, cross, dot, multiplied, rotate, spin
+from tt_precise.mechanics.quantities import jellett
+from tt_precise.mechanics.vectors import axis_of, cross, multiplied, rotate, spin
 from tt_precise.runtime.values import Arithmetic, Array, InputError, require_name
 from tt_precise.scene.scene import InitialState
 
@@ -310,13 +311,8 @@ def _rotation(rate: Array, t: Array) -> Array:
 
 def _drift(rows: Rows) -> float:
     """Return the largest change of Jellett's integral over its size."""
-    jellett = _jellett(rows)
-    return float(numpy.ptp(jellett) / abs(jellett[0]))
-
-
-def _jellett(rows: Rows) -> Array:
-    """Return Jellett's integral in each row."""
-    return -(rows.motion.L * numpy.array(contact_arm(rows.body, tuple(rows.motion.k)))).sum(axis=0)
+    values = jellett(rows.q)
+    return float(numpy.ptp(values) / abs(values[0]))
 
 
 def _hand(rows: Rows) -> float:
@@ -324,9 +320,8 @@ def _hand(rows: Rows) -> float:
 
     A mirrored motion obeys the same laws, and only the start tells the hand of the world.
     """
-    start = InitialState.in_si(rows.assumed.scene, Arithmetic(numpy, float)).vectors
-    jellett = -dot(start.L, contact_arm(rows.body, start.k))
-    return float(jellett * _jellett(rows)[0] < 0)
+    start = InitialState.in_si(rows.assumed.scene, Arithmetic(numpy, float))
+    return float(jellett(start.motion(numpy)) * jellett(rows.q)[0] < 0)
 
 
 def _rms(values: Array) -> float:

@@ -11,7 +11,7 @@ as well, because a small persistent error becomes large.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy
@@ -225,16 +225,13 @@ def compared_components(rows: Rows, state: NewtonState | LiftedState) -> Array:
 
 def by_any_force(rows: Rows) -> StepResiduals:
     """Return the residuals of the laws that hold under every contact force."""
-    blocks = ([part[:, own] for part in _quadrature(rows.part(near))]
-              for near, own in _blocks(len(rows.t) - 1))  # fmt: skip
-    return _steps(rows, "by any force", blocks)
 
+    def block(first: int) -> list[Array]:
+        begin, end = max(first - FINE, 0), first + BLOCK  # rows near the block help its own
+        parts = _quadrature(rows.part(slice(begin, end + FINE + 1)))
+        return [part[:, first - begin : end - begin] for part in parts]
 
-def _blocks(count: int) -> Iterator[tuple[slice, slice]]:
-    """Return the rows near each block of ``count`` intervals, and its own ones among theirs."""
-    for first in range(0, count, BLOCK):
-        begin, last = max(first - FINE, 0), min(first + BLOCK, count)
-        yield slice(begin, last + FINE + 1), slice(first - begin, last - begin)
+    return _steps(rows, "by any force", map(block, range(0, len(rows.t) - 1, BLOCK)))
 
 
 def _quadrature(rows: Rows) -> tuple[Array, Array]:
@@ -252,7 +249,7 @@ def _quadrature(rows: Rows) -> tuple[Array, Array]:
         attitude = motion.q * numpy.cumprod(numpy.where(near, 1.0, -1.0))
         attitude_dot = attitude_rate(attitude, rows.omega)
     rates = numpy.concatenate((attitude_dot, v, Q_dot))
-    integrals, error = _by_polynomials(t, rates, integral=True)
+    integrals, error = integrate(t, rates)
     left = numpy.diff(numpy.concatenate((attitude, x, Q))) - integrals
     rotation, rotation_error = left[:-6], error[:-6]
     if motion.q is not None:
@@ -283,47 +280,35 @@ def _error_ratio(nutation: Array) -> Array:
     return numpy.where(nutation < RESOLVED, numpy.maximum(1.0, r / (1 - r)), numpy.inf)
 
 
-def differentiate(t: Array, values: Array) -> tuple[Array, Array]:
-    """Return the rates of ``values`` (components, n) at the beginning of each interval, and errors.
+def integrate(t: Array, values: Array) -> tuple[Array, Array]:
+    """Return the integrals of ``values`` (components, n) over each interval, and their errors.
 
-    The error is the difference between the polynomials through eight rows and through six.
-    """
-    blocks = [[part[:, own] for part in _by_polynomials(t[near], values[:, near], integral=False)]
-              for near, own in _blocks(len(t) - 1)]  # fmt: skip
-    rates, error = (numpy.concatenate(parts, axis=1) for parts in zip(*blocks, strict=True))
-    return rates, error
-
-
-def _by_polynomials(t: Array, values: Array, integral: bool) -> tuple[Array, Array]:
-    """Return integrals over each interval, or rates at its beginning, of ``values``, and errors.
-
-    A value is the polynomial through the rows nearest to the interval.
+    A value is the polynomial through the eight rows nearest to the interval; the error is the
+    difference from the polynomial through six.
     """
     sums = numpy.zeros((2, len(values), len(t) - 1))
     for total, count in zip(sums, (FINE, COARSE), strict=True):
-        rows, weights = stencils(t, count, integral)
-        for column in range(rows.shape[1]):
-            total += weights[:, column] * values.take(rows[:, column], axis=1)
-    sums *= numpy.diff(t) if integral else 1 / numpy.diff(t)
+        first, weights = stencils(t, count)
+        for column, weight in enumerate(weights):
+            total += weight * values.take(first + column, axis=1)
+    sums *= numpy.diff(t)
     return sums[0], abs(sums[0] - sums[1])
 
 
-def stencils(t: Array, count: int, integral: bool) -> tuple[Array, Array]:
-    """Return the rows (n - 1, count) near each interval, and the weights of their values."""
+def stencils(t: Array, count: int) -> tuple[Array, Array]:
+    """Return the first of the rows near each interval, and the weights (count, n - 1) of all."""
     count, steps = min(count, len(t)), numpy.diff(t)
     own = numpy.arange(len(steps))
     first = numpy.clip(own - (count // 2 - 1), 0, len(t) - count)
-    rows = first[:, None] + numpy.arange(count)
     # intervals at the same position among evenly spaced rows have the same weights
     even = abs(steps / steps[0] - 1).max() < 1e-9
     _, some, back = numpy.unique(own - first if even else own, return_index=True,
                                  return_inverse=True)  # fmt: skip
-    u = (t[rows[some]] - t[some, None]) / steps[some, None]  # the interval is [0, 1]
-    powers = numpy.arange(count)
-    moments = 1.0 / (powers + 1) if integral else (powers == 1).astype(float)
-    matrix = u[:, None, :] ** powers[:, None]
-    right = numpy.broadcast_to(moments, (len(some), count))[..., None]
-    return rows, numpy.linalg.solve(matrix, right)[..., 0][back]
+    rows, powers = first[some, None] + numpy.arange(count), numpy.arange(count)
+    u = (t[rows] - t[some, None]) / steps[some, None]  # the interval is [0, 1]
+    moments = numpy.broadcast_to(1 / (powers + 1), u.shape)
+    weights = numpy.linalg.solve(u[:, None, :] ** powers[:, None], moments[..., None])[..., 0]
+    return first, weights.T[:, back]
 
 
 def unresolved(rows: Rows, bound: Array, allowed: float = 0.0) -> str:

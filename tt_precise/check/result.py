@@ -305,13 +305,7 @@ class Result:
         axes.set_yscale("symlog", linthresh=LEAST, linscale=0.5)
         axes.set_ylim(bottom=-LEAST / 4)
         axes.axhline(1.0, color=BLACK, linewidth=2, label="limit")
-        first = min(
-            (check.since for check in self.failures if check.since is not None), default=None
-        )
-        if first is not None:
-            axes.axvline(first, color=BLACK, linestyle="--", linewidth=0.8)
-        dashed = "" if first is None else f"; dashed: t = {first:.6g} s, the first beyond a limit"
-        axes.set(xlabel=f"t (s){dashed}", ylabel="value/limit")
+        axes.set(xlabel="t (s)", ylabel="value/limit")
         axes.set_title(f"{Path(self.trajectory).name} against {self.scene}: {self.verdict}")
         axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
         if path is not None:

@@ -147,11 +147,6 @@ def conservation(
         return _explained(result, rows, chosen, solution, reader)
 
 
-# assertions accept the options of ``conservation``; the command calls it by this name
-OPTIONS = inspect.signature(conservation).parameters
-examine = conservation
-
-
 def _checks(
     rows: Rows, file_rows: FileRows, texts: Texts | None, limits: Mapping[str, float],
     digits: float | None, cutoff: float, solution: TrueSolution,
@@ -245,7 +240,8 @@ def assert_conserves(
         The trajectory cannot be used.
     """
     __tracebackhide__ = True
-    demanded = {name: options.pop(name) for name in [*options] if name not in OPTIONS}
+    accepted = inspect.signature(conservation).parameters
+    demanded = {name: options.pop(name) for name in [*options] if name not in accepted}
     result = conservation(trajectory, scene, limits={**(limits or {}), **demanded}, **options)
     checks = {check.name: check for check in result.checks}
     lines = []
@@ -273,8 +269,6 @@ def assert_matches_golden(
         The trajectory cannot be used, or there is no solution to compare it with.
     """
     __tracebackhide__ = True
-    if digits is None:
-        raise InputError("digits: got None, expected the number of correct digits wanted")
     result = conservation(trajectory, scene, digits=digits, **options)
     golden = result["golden"]
     few = [f"{name} {correct:.1f}" for name, correct in golden.parts.items() if correct < digits]

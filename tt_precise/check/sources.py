@@ -12,7 +12,6 @@ import itertools
 import json
 import math
 import os
-import re
 import sys
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,12 +27,6 @@ from tt_precise.runtime.values import Array, Check, InputError
 
 MOST_PREAMBLE = 50  # lines among which the header is sought
 SEPARATORS = (",", ";", "\t", None)  # None stands for spaces
-# What text without a header is, by its first line.
-OTHER_TEXTS = {
-    r"version https://git-lfs": "a Git LFS pointer: git lfs pull", "<": "HTML or XML",
-    r"[-+.\deE,;\s]+$|[\d.]+,": "a row of numbers",
-}  # fmt: skip
-RAGGED = re.compile(r"but (\d+) were found at row (\d+)")  # the message of numpy.loadtxt
 
 
 @contextmanager
@@ -123,17 +116,9 @@ class TextSource(Source):
         return {name: numpy.ascontiguousarray(column) for name, column in table.items()}
 
     def texts(self, names: Sequence[str]) -> dict[str, Any]:
-        """Return the cells of columns.
-
-        Raises ``InputError``: a row has more or fewer cells than the header.
-        """
-        try:
+        """Return the cells of columns."""
+        with _readable(self.where):
             return self._parse(names, object)
-        except ValueError as error:
-            text = str(error)
-        if ragged := RAGGED.search(text):
-            text = f"{self.position(int(ragged[2]) - 1)} has {ragged[1]} cells"
-        raise InputError(f"{self.where}: {text}, expected {len(self.names)} cells a row")
 
     def position(self, row: int) -> str:
         """Return the line of a row."""
@@ -164,9 +149,7 @@ class TextSource(Source):
         header = max(headers, key=lambda each: len(recognised & {*each[1]}), default=None)
         if header and recognised & {*header[1]}:
             return header
-        text = next(filter(None, lines), "")
-        kinds = [kind for begin, kind in OTHER_TEXTS.items() if re.match(begin, text)]
-        got = [*kinds, repr(text[:40])][0] if text else "an empty file"
+        got = repr(next(filter(None, lines), "")[:40]) if lines else "an empty file"
         raise InputError(
             f"{self.where}: got {got}, expected a header such as t,kx,ky,kz,Lx,Ly,Lz,vx,vy; rename "
             "yours with --columns theirs=ours"
@@ -179,8 +162,6 @@ def open_table(source: object, rename: Mapping[str, str] | None = None) -> Sourc
     Raises ``InputError``: the source cannot be read, or has no header.
     """
     rename = rename or {}
-    if isinstance(source, Source):
-        return source
     if isinstance(source, str | os.PathLike):
         return _open_file(os.fspath(source), rename)
     table: Any = source

@@ -98,19 +98,19 @@ def check_command(
     other, attitude and momentum; and always the start and every known column. Exit status 1 if a
     check failed, or if the verdict is incomplete.
 
-    Checks: time, finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
-    normal_force, friction_power, contact, contact_velocity, fall, axis_norm, quaternion_norm,
-    start, agreement, golden (the solution), and the integrals of the scene's model. Input that
+    Checks: finite, jellett, energy, energy_balance, equations, kinematics, contact_momentum,
+    normal_force, contact, contact_velocity, fall, axis_norm, quaternion_norm, start, agreement,
+    golden (the solution), and the integrals of the scene's model. Input that
     cannot be used (exit status 2) is a failed check "input" in --json, --junit and --markdown.
     """
     from tt_precise.check.checks import read_limits
     from tt_precise.check.columns import renaming
     from tt_precise.check.result import unusable
-    from tt_precise.check.run import examine
+    from tt_precise.check.run import conservation
 
     try:
         with progress_bar(f"checking {trajectory}") as progress:
-            result = examine(
+            result = conservation(
                 trajectory,
                 scene,
                 limits=read_limits(limits),
