@@ -45,10 +45,8 @@ def test_a_deciding_check_that_is_not_made_leaves_the_verdict_incomplete(
         (VECTORS, {"world": "y-up"}, "got vectors columns, expected those of a rigid body"),
         (VECTORS, {"world": "up"}, "world: got 'up', expected one of: z-up"),
         (VECTORS, {"limits": {"jelet": 1}}, "limit: got 'jelet'.*; did you mean 'jellett'"),
-        (VECTORS, {"limits": {"jellett": -1e-9}}, "limit of jellett: got -1e-09, expected 0 or"),
-        (VECTORS, {"limits": {"E": 1e-9, "energy": 1}}, "got E, energy, expected each check once"),
-        (VECTORS, {"digits": 34}, "got 34, expected a number above 0 and at most 33"),
-        (VECTORS, {"digits": 8, "start": "other"}, "digits: the solution has the scene's start"),
+        (VECTORS, {"digits": 34}, "got 34, expected 0 < digits <= 33"),
+        (VECTORS, {"digits": 8, "start": "other"}, "digits: got start other, expected the scene's"),
         (VECTORS, {"allow": "nonsense"}, "allow: got 'nonsense'"),
     ],
 )

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -60,8 +60,7 @@ class Hypothesis(NamedTuple):
     change: Change
 
 
-@dataclass(frozen=True)
-class FailedRows:
+class FailedRows(NamedTuple):
     """Rows that fail, their checks, and the function that repeats the checks."""
 
     rows: Rows
@@ -118,10 +117,9 @@ def explain(
     numbers = _numbers(rows, read) if failed & deciding else iter(())
     rests = [(failure.rest(number), number) for number in numbers]
     equal = [number for rest, number in rests if rest <= REST]
-    if not any(rest <= NOTHING for rest, _ in rests) and (failed or opened & deciding):
-        convention = _best(failure, candidates(rows))
-        if convention is not None:
-            return [Cause(convention.kind, convention.text)]
+    sure = any(rest <= NOTHING for rest, _ in rests)
+    if not sure and (failed or opened & deciding) and (conventions := _conventions(failure)):
+        return conventions
     if equal:
         doubt = ": these rows cannot tell" if len(equal) > 1 else ""
         return [Cause(equal[0].kind, ", or ".join(each.text for each in equal) + doubt)]
@@ -134,14 +132,13 @@ def explain(
     return []
 
 
-def _best(failure: FailedRows, changes: Iterator[tuple[str, Change]]) -> Hypothesis | None:
+def _conventions(failure: FailedRows) -> list[Cause]:
     """Return the first convention that leaves nothing, else the one that leaves least."""
-    best, least = None, ENGINES_REST
-    for text, change in changes:
-        hypothesis = Hypothesis("convention", text, change)
-        rest = failure.rest(hypothesis)
+    best, least = list[Cause](), ENGINES_REST
+    for text, change in candidates(failure.rows):
+        rest = failure.rest(Hypothesis("convention", text, change))
         if rest < least:
-            best, least = hypothesis, rest
+            best, least = [Cause("convention", text)], rest
         if rest <= NOTHING:
             break
     return best

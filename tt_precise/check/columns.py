@@ -65,10 +65,6 @@ class ColumnSet(NamedTuple):
         """All columns of the set but the time and the height."""
         return self.required + self.velocity
 
-    def missing(self, present: Iterable[str]) -> list[str]:
-        """Return the required columns that are absent."""
-        return [name for name in self.required if name not in {*present}]
-
 
 def stacked(columns: Columns, names: Sequence[str]) -> Array:
     """Return columns as an array (len(names), n); an absent column is NaN."""
@@ -176,7 +172,7 @@ def choose_set(present: Sequence[str], where: str) -> ColumnSet:
 
     Raises ``InputError``: no set is complete; the message names what the nearest set lacks.
     """
-    nearest = min(_ALL, key=lambda each: len(each.missing(present)) / len(each.required))
+    nearest = min(_ALL, key=lambda each: len({*each.required} - {*present}) / len(each.required))
     missing = [name for name in ("t", *nearest.required) if name not in present]
     if nearest.name == "rigid body" and {"vx", "vy", "vz"} <= {*present}:
         missing = missing or ["vcx", "vcy", "vcz"]
@@ -240,7 +236,6 @@ def renamed(names: Sequence[str], rename: Mapping[str, str], where: str) -> list
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return the first column names of a table for a message, each shortened."""
-    shown = [name if len(name) <= 24 else name[:21] + "..." for name in names[:16]]
+    """Return the first column names of a table for a message."""
     more = f", and {len(names) - 16} more" if len(names) > 16 else ""
-    return f"the columns {', '.join(shown) or '(none)'}{more}"
+    return f"the columns {', '.join(names[:16]) or '(none)'}"[:400] + more

@@ -146,10 +146,7 @@ class Result:
         return tuple(check for check in self.checks if check.verdict == "fail")
 
     def __getitem__(self, name: str) -> Check:
-        for check in self.checks:
-            if check.name == name:
-                return check
-        raise KeyError(name)
+        return {check.name: check for check in self.checks}[name]
 
     @cached_property
     def frame(self) -> pandas.DataFrame:

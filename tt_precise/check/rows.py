@@ -144,8 +144,6 @@ class Rows:
         k, L = self.motion.k, self.motion.L
         if self.has_velocity and not self.assumed.rolling:
             v_A = self.contact_velocity
-            if "vx" in self.columns:  # free of the rounding of two conversions
-                v_A = numpy.array([self.columns["vx"], self.columns["vy"], v_A[2]])
         else:
             v_A = 0 * k if self.assumed.rolling else numpy.full_like(k, numpy.nan)
         entries: list[Array] = [*k, *L, v_A[0], v_A[1]]

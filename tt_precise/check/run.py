@@ -67,11 +67,9 @@ def conservation(
     until
         Rows after this time (s) are left out.
     digits
-        Correct digits required of every column, relative to the solution; without ``digits`` the
-        distance is only reported.
+        Correct digits required of every column; without ``digits`` they are only reported.
     friction
-        "scene", or "other" if the contact force is not the scene's; "other" makes only the checks
-        that hold for every friction law.
+        "scene", or "other" for the checks that hold for every friction law.
     start
         "scene", or "other" if the motion has another start than the scene's.
     allow
@@ -79,8 +77,7 @@ def conservation(
     engine
         The engine whose own state ``trajectory`` has: "mujoco", "drake", "bullet", ...
     world, axis
-        The handedness and the vertical of the rigid-body columns: "z-up", "y-up",
-        "left-handed-z-up" or "left-handed-y-up"; and the body's symmetry axis, "z", "y" or "x".
+        A name of ``conventions.WORLDS`` and the body's symmetry axis, for rigid-body columns.
     columns
         A mapping from the trajectory's column names to the names of ``columns.COLUMN_SETS``.
     folder
@@ -96,15 +93,10 @@ def conservation(
         require_name("allow", name, (*chosen, *OF_FILE))
     cutoff = math.inf if until is None else finite("until", until)
     if digits is not None and not 0 < finite("digits", digits) <= MOST_GOLDEN:
-        raise InputError(
-            f"digits: got {digits!r}, expected a number above 0 and at most {MOST_GOLDEN}, where "
-            "golden data end"
-        )
+        raise InputError(f"digits: got {digits!r}, expected 0 < digits <= {MOST_GOLDEN}")
     for option, value in (("friction", friction), ("start", start)):
         if digits is not None and value != "scene":
-            raise InputError(
-                f"digits: the solution has the scene's {option}; expected {option} scene"
-            )
+            raise InputError(f"digits: got {option} {value}, expected the scene's own {option}")
     scene = load_scene(scene)
     convention = (convention_of(engine) if engine else OURS).in_world(world, axis)
     if engine:

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy
 
@@ -45,8 +45,7 @@ Texts = Callable[[Sequence[str]], Mapping[str, Sequence[Any]]]
 # ---- the start ---------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Begin:
+class Begin(NamedTuple):
     """The check of the first row, and its time (s) on the solution; None if it is none of it."""
 
     check: Check
@@ -63,8 +62,8 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
     if assumed.start == "other":
         return Begin(Check("start", "skipped", note="another start is meant", meaning=meaning))
     own = numpy.array([float(values[0]) for values in rows.state[:8]])
-    start = InitialState.in_si(assumed.scene, Arithmetic(numpy, float)).vectors
-    states = [(0.0, SAME_START, numpy.array(start[:8], float))]
+    start = InitialState.in_si(assumed.scene, Arithmetic(numpy, float))
+    states = [(0.0, SAME_START, numpy.array(start.vectors[:8], float))]
     if assumed.friction == "scene" and 0 < t_first <= float(assumed.scene.until):
         later = solution.vectors(numpy.array([t_first]))
         states += [] if later is None else [(t_first, 10.0**-DECIDING, later[:, 0])]
@@ -73,20 +72,21 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
         differences = abs(own - true) / _sizes(units)
         worst = int(numpy.nanargmax(differences))  # an unknown velocity is NaN
         difference = float(differences[worst])
+        check = Check("start", "pass", difference, limit, 0.0, "", meaning, bound=bound or None)
         if difference <= limit + bound:
             note = f"the scene's start, at t = {t_first:.12g} s in the file" if t_first else ""
             note = f"the solution at t = {time:.6g} s" if time else note
-            return Begin(Check("start", "pass", difference, limit, 0.0, note, meaning,
-                               bound=bound or None), time)  # fmt: skip
+            return Begin(replace(check, note=note), time)
         note = (
             f"another start than the scene's ({NewtonState._fields[worst]} {own[worst]:.6g}, the "
             f"scene's {true[worst]:.6g}); use --start other if intended"
         )
-        return Begin(Check("start", "fail", difference, limit, 0.0, note, meaning,
-                           bound=bound or None, since=0.0))  # fmt: skip
+        return Begin(replace(check, verdict="fail", note=note, since=0.0))
 
     begins = [compare(*state) for state in states]
-    if all(begin.time is None for begin in begins) and _same_jellett(rows, bound):
+    drift = abs(float(jellett(rows.first) - jellett(start.motion(numpy))))
+    conserved = drift <= (SAME_START + bound) * rows.body.R * units["L"]
+    if conserved and all(begin.time is None for begin in begins):
         late = _nearest_time(own, units, solution, float(rows.t[1]))
         begins += [] if late is None else [compare(late[0], SAME_START, late[1])]
     passing = [begin for begin in begins if begin.time is not None]
@@ -96,13 +96,6 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
         note = f"the file begins at t = {t_first:.6g} s: add the row at 0, or --start other"
         return Begin(Check("start", "open", note=note, meaning=meaning))
     return begins[0]
-
-
-def _same_jellett(rows: Rows, bound: float) -> bool:
-    """Return whether the first row has Jellett's integral of the scene, as its solution has."""
-    start = InitialState.in_si(rows.assumed.scene, Arithmetic(numpy, float))
-    own, scene = float(jellett(rows.first)), float(jellett(start.motion(numpy)))
-    return abs(own - scene) <= (SAME_START + bound) * rows.body.R * rows.units["L"]
 
 
 def _nearest_time(
@@ -274,10 +267,10 @@ def _compared_rows(rows: Rows, texts: Texts | None, time: float) -> ComparedRows
 
 
 def _require_coverage(measured: Distance, digits: float, end: float, spacing: float) -> None:
-    """Require that every row was compared, and that no row is missing up to ``end`` (s).
+    """Raise ``InputError`` if a row was not compared, or if rows are missing up to ``end`` (s).
 
-    Raises ``InputError``: it was not, or one is missing: an interval is long beside the motion and
-    the scene's ``spacing`` (s), or more evenly spaced rows fit into the motion.
+    Then an interval is long beside the motion and the scene's ``spacing`` (s), or more evenly
+    spaced rows fit into the motion.
     """
     t = measured.t
     missed = t[1:][~measured.compared[1:]]
@@ -297,10 +290,9 @@ def _require_coverage(measured: Distance, digits: float, end: float, spacing: fl
     since, later = float(t[gap]), float(t[gap + 1])
     widest = max(SHARE * (end - t[0]), MISSING_ROW * spacing)
     if later - since > widest or (even and fitting >= len(steps)):
-        remedy = f", or --until {since:.6g}" if since > 0 else ""
         raise InputError(
             f"digits: there is no row between t = {since:.6g} and {later:.6g} s, expected one "
-            f"every {usual if even else widest:.3g} s{remedy}"
+            f"every {usual if even else widest:.3g} s"
         )
 
 

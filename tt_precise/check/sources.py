@@ -139,10 +139,7 @@ class TextSource(Source):
         return {name: table[str(self.names.index(name))] for name in names}
 
     def _find_header(self, recognised: set[str]) -> tuple[int, list[str], str | None]:
-        """Return number, names and separator of the line with the most names that are recognised.
-
-        Raises ``InputError``: there is no such line.
-        """
+        """Return number, names and separator of the line with the most recognised names."""
         lines = [line.strip("# \n") for line in itertools.islice(self._lines(), MOST_PREAMBLE)]
         headers = [(number, [cell.strip(' "') for cell in line.split(separator)], separator)
                    for number, line in enumerate(lines, 1) for separator in SEPARATORS]  # fmt: skip
