@@ -89,11 +89,11 @@ def test_a_bad_cell_is_named(written: Path, column: str, text: str, message: str
         ("bad.csv", AXIS + ROW + b"\n" + b"1" * 500_000, "7 columns but 1 were found at row 2"),
         ("bad.csv", b"t;kx;ky\n0;0;0\n", "among the columns t, kx, ky; rename"),
         ("bad.csv", b"0.0,0.1,0.2\n", "got '0.0,0.1,0.2', expected a header"),
-        ("bad.csv", b"<!DOCTYPE html>\n", "got '<!DOCTYPE html>', expected a header"),
+        ("bad.csv", b"<!DOCTYPE html>\n", "got HTML or XML, expected a header"),
         (
             "bad.csv",
             b"version https://git-lfs.github.com/spec/v1\n",
-            "got 'version https://git-lfs",
+            "a Git LFS pointer",
         ),
         ("bad.csv", b"\xff\xfe\x00", "can't decode byte 0xff"),
         ("bad.csv", b"x" * 2_000_000, "got 'x{40}', expected a header"),

@@ -158,15 +158,15 @@ def _numbers(rows: Rows, read: Reader) -> Iterator[Hypothesis]:
     own = has_force(few)
     inner = slice(0, len(few.t) - 1) if own else slice(EDGE, len(few.t) - 1 - EDGE)
 
-    def residuals(name: str, p: float) -> Array:
-        return _residuals(with_change(few, name, p, read), own)[:, inner].ravel()
+    def residuals(changed: Rows) -> Array:
+        return numpy.nan_to_num(_residuals(changed, own)[:, inner].ravel())
 
-    before = _residuals(rows, own)[:, inner].ravel()
+    before = residuals(rows)
     for name, slope in _slopes(few, own, read).items():
         derivative = slope[:, inner].ravel()
         length = float(norm(derivative) * norm(before)) or 1.0
         if abs(float(before @ derivative)) > PARALLEL * length:
-            p = _fit(partial(residuals, name), before, derivative)
+            p = _fit(residuals, partial(with_change, few, name, read=read), before, derivative)
             if SMALLEST < abs(p) < LARGEST:
                 kind = "clock" if name == "clock" else "parameter"
                 change = partial(with_change, name=name, p=p, read=read)
@@ -183,15 +183,15 @@ def with_change(rows: Rows, name: str, p: float, read: Reader = lambda body: {})
 
 
 def _residuals(rows: Rows, own: bool) -> Array:
-    """Return the residuals (components, intervals), relative to their sizes; 0 if unresolved."""
+    """Return the residuals (components, intervals), relative to their sizes; NaN if unresolved."""
     if own:
         steps = by_law(rows)
-        values = numpy.where(numpy.isfinite(steps.bounds["state"]), steps.state, 0.0)
+        values = numpy.where(numpy.isfinite(steps.bounds["state"]), steps.state, numpy.nan)
     else:
         steps, unit = by_any_force(rows), torque_unit(rows.assumed.scene.body.numbers(float))
         rise = rows.contact_velocity[2:, 1:] / rows.units["v"]
         values = numpy.concatenate((steps.rotation, steps.momentum / unit, rise))
-    return numpy.nan_to_num(values, posinf=0.0, neginf=0.0)
+    return numpy.where(numpy.isfinite(values), values, numpy.nan)
 
 
 def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
@@ -202,14 +202,16 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
     friction = own and not (rows.assumed.rolling or rows.assumed.flying) and rows.body.mu
     before = _residuals(rows, own)
     return {
-        name: (_residuals(with_change(rows, name, STEP, read), own) - before) / STEP
+        name: numpy.nan_to_num(_residuals(with_change(rows, name, STEP, read), own) - before) / STEP
         for name in (*BODY, "clock")
         if name != "mu" or friction
     }
 
 
-def _fit(residuals: Callable[[float], Array], before: Array, slope: Array) -> float:
-    """Return the change of a number that makes the residuals least, by Gauss and Newton.
+def _fit(
+    residuals: Callable[[Rows], Array], rows: Callable[[float], Rows], before: Array, slope: Array
+) -> float:
+    """Return the change of a number that makes the residuals of its rows least (Gauss and Newton).
 
     The derivative ``slope`` stays that of no change: residuals are nearly linear. 0 if no number is
     found.
@@ -220,7 +222,7 @@ def _fit(residuals: Callable[[float], Array], before: Array, slope: Array) -> fl
         if not abs(p + change) < LARGEST:
             return 0.0
         p += change
-        after = residuals(p)
+        after = residuals(rows(p))
         if abs(change) < 1e-3 * SMALLEST or float(norm(after)) > 0.9 * float(norm(here)):
             break
         here = after

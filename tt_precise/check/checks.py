@@ -400,8 +400,7 @@ def chosen_limits(given: Mapping[str, float]) -> dict[str, float]:
     limits = {OF_QUANTITY.get(name, name): value for name, value in given.items()}
     for name in limits:
         require_name("limit", name, DEFAULT_LIMITS)
-    numbers = {name: finite(f"limit of {name}", value) for name, value in limits.items()}
-    return DEFAULT_LIMITS | numbers
+    return DEFAULT_LIMITS | {n: finite(f"limit of {n}", value) for n, value in limits.items()}
 
 
 def finite(what: str, value: object) -> float:
@@ -423,7 +422,6 @@ def read_limits(texts: Iterable[str]) -> dict[str, float]:
     limits: dict[str, float] = {}
     for text in texts:
         name, equals, value = text.rpartition("=")
-        name = name.strip()
         try:
             number = float(value)
         except ValueError:

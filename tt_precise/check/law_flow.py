@@ -106,8 +106,7 @@ class ContactLaw:
         """Return the contact force (N) in a phase."""
         body, on_table = self.body, NewtonState(*state[:8])
         if phase == FLIGHT:
-            zero = 0 * state.kx
-            return (zero, zero, zero)
+            return (0 * state.kx, 0 * state.ky, 0 * state.kz)
         if phase == ELASTIC:
             normal = compliant.normal_force(body, state, numpy)
             return compliant.contact_force(body, state, normal, numpy)

@@ -166,11 +166,10 @@ def _checks(
 
 def _unseen(checks: Sequence[Check], assumed: Assumptions, allow: Sequence[str]) -> tuple[str, ...]:
     """Return the deciding checks that were not made, in words."""
-    deciding: dict[str, tuple[str, ...]]
-    deciding = {"the attitude": ("kinematics",), "the momentum": ("contact_momentum",)}
+    deciding = {"the attitude": ["kinematics"], "the momentum": ["contact_momentum"]}
     if assumed.friction == "scene":
-        deciding = {"the equations of motion": ("equations", "golden")}
-    deciding |= {"the start": ("start",), "all columns": ("agreement",)}
+        deciding = {"the equations of motion": ["equations", "golden"]}
+    deciding |= {"the start": ["start"], "all columns": ["agreement"]}
     made = {check.name for check in checks if check.verdict in ("pass", "fail")} | {*allow}
     made |= {"start"} if assumed.start == "other" else set()
     notes = {check.name: f"{check.name}: {check.note}" for check in checks}

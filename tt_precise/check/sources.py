@@ -7,6 +7,7 @@ and what it declares or unpacks to is compared with ``MOST_BYTES`` before it is 
 
 from __future__ import annotations
 
+import gzip
 import io
 import itertools
 import json
@@ -27,6 +28,8 @@ from tt_precise.runtime.values import Array, Check, InputError
 
 MOST_PREAMBLE = 50  # lines among which the header is sought
 SEPARATORS = (",", ";", "\t", None)  # None stands for spaces
+# What a text without a header is, by its beginning.
+OTHER_TEXTS = {"version https://git-lfs": "a Git LFS pointer: git lfs pull", "<": "HTML or XML"}
 
 
 @contextmanager
@@ -146,7 +149,9 @@ class TextSource(Source):
         header = max(headers, key=lambda each: len(recognised & {*each[1]}), default=None)
         if header and recognised & {*header[1]}:
             return header
-        got = repr(next(filter(None, lines), "")[:40]) if lines else "an empty file"
+        text = next(filter(None, lines), "")
+        kinds = [kind for begin, kind in OTHER_TEXTS.items() if text.startswith(begin)]
+        got = [*kinds, repr(text[:40])][0] if lines else "an empty file"
         raise InputError(
             f"{self.where}: got {got}, expected a header such as t,kx,ky,kz,Lx,Ly,Lz,vx,vy; rename "
             "yours with --columns theirs=ours"
@@ -195,8 +200,6 @@ def _unzipped(stream: Any) -> bytes:
     with stream:
         data: bytes = stream.read(MOST_BYTES + 1)
     if data.startswith(b"\x1f\x8b"):
-        import gzip
-
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
             data = file.read(MOST_BYTES + 1)
     require_size(len(data), "text")
