@@ -272,7 +272,7 @@ def build(setup: Setup) -> Integrator:
 def numeric_options(setup: Setup) -> dict[str, Any]:
     """Keyword arguments of ``heyoka.taylor_adaptive`` that fix tolerance and compilation."""
     precision = setup.precision
-    # compact code compiles wide types in 0.5 s instead of 26 s; double then takes twice as long
+    # compact code compiles wide types in 0.5 s, not 26 s; double then takes twice as long
     kind = "wide" if not precision.is_float else "compact" if setup.phase.brief else "loop"
     tolerance = precision.context.mpf(setup.tolerance) or full_tolerance(precision)
     options = {"compact_mode": kind != "loop", "opt_level": OPTIMISATION[kind]}

@@ -16,23 +16,24 @@ from tt_precise.integration.events import Event
 from tt_precise.integration.heyoka_backend import TaylorRun
 from tt_precise.integration.setup import Setup, full_tolerance, refused_in_doubles
 from tt_precise.integration.solution import Propagation, Segment, require_few_steps
-from tt_precise.integration.steps import Steps, of_block
-from tt_precise.integration.zeros import Zeros
+from tt_precise.integration.steps import Steps, horner, of_block
+from tt_precise.integration.zeros import NODES, Zeros
 from tt_precise.mechanics.quantities import Motion
 from tt_precise.runtime.terminal import Progress
 from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.scene.scene import InitialState, Scene
+from tt_precise.taylor import interpolation
 from tt_precise.taylor.system import StepBlock, System, number, numbers_of, order_of
 
 # Above it lie the finer run of a run in double and the coarsest level of ``digits=``, whose code of
 # level 0 saves 0.12 s of compiling: more than its steps lose, up to 27,000 of them.
 COARSE = 1e-19
+CLEAR = 2.0**-10  # Least value, relative to the largest in a step, that no error makes zero.
 
 
 def refuses(scene: Scene, setup: Setup) -> str | None:
     """Refuse functions that sums of doubles lack."""
-    why = refused_in_doubles(scene)
-    name = setup.precision.name
+    why, name = refused_in_doubles(scene), setup.precision.name
     return f"{scene.name}: got {name}, expected double, quad or mp for {why}" if why else None
 
 
@@ -101,10 +102,8 @@ class _DoublesRun(TaylorRun):
         self.fn, self.size = setup.precision.context, len(setup.layout.columns)
         brief = setup.phase.brief or bool(setup.tolerance and setup.tolerance > COARSE)
         self.system, names = _compiled(setup.but(tolerance=0.0, contact="", events=()), brief)
-        ends = tuple(
-            Event(name, partial(_end_function, setup, start, name), name, -1, smooth=True)
-            for name in names
-        )
+        function = partial(_end_function, setup, start)
+        ends = tuple(Event(n, partial(function, n), n, -1, smooth=True) for n in names)
         self.ends = Zeros(setup.but(events=ends), start)
 
     def take(self, piece: StepBlock) -> _End:
@@ -124,11 +123,23 @@ class _DoublesRun(TaylorRun):
         """Return an end that is given in doubles."""
         return _End(status, number(time, self.fn), numbers_of(row[:, : self.size], self.fn))
 
+    def _may_end(self, piece: StepBlock, steps: Array) -> bool:
+        """True unless the functions that end the phase are clearly positive in all the steps."""
+        outputs = piece.coefficients[steps, :, self.size :]
+        with numpy.errstate(all="ignore"):
+            powers = numpy.vander(piece.lengths[steps], outputs.shape[1], increasing=True)
+            terms = (outputs * powers[..., None]).swapaxes(0, 1)[..., None]
+            values = horner(terms, interpolation.nodes(NODES)).transpose(1, 2, 0)
+            bernstein, tail, _ = interpolation.through(values, numpy.zeros(1, dtype=bool))
+            slow = abs(terms[-2:]).sum(axis=(0, 3)).T / CLEAR  # small where the series converges
+            clear = bernstein.min(axis=1) - tail - slow > CLEAR * abs(bernstein).max(axis=1)
+        return not clear.all()
+
     def _first_end(self, block: Steps, piece: StepBlock) -> _End | None:
         """Return the first zero at which the motion ends."""
         suspect = piece.suspect[piece.suspect < len(block)]
         passed = len(self.ends.collect().hits)
-        if len(suspect):
+        if self._may_end(piece, suspect):
             self.ends.search(block.of(slice(int(suspect[0]), int(suspect[-1]) + 1)))
         setup, hits, back = self.setup, self.ends.collect().hits, self.setup.precision.mpfr.back
         form, goes_on, eps = setup.formulation, setup.phase.condition, float(setup.precision.eps)

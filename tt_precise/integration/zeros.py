@@ -160,8 +160,6 @@ class Zeros:
             "continuous function that is defined everywhere, such as theta_max"
         )
 
-    # ---- values and errors ----------------------------------------------------------------------
-
     def _body(self, number: Any) -> Parameters:
         """Return the body of the equations, with its numbers converted once."""
         form, given = self.setup.formulation, self.start.parameters
@@ -279,8 +277,6 @@ class Zeros:
 
     def _require_defined(self, table: Array) -> None:
         """Refuse functions that are undefined; where a segment begins or ends they may be."""
-        if numpy.isfinite(table.sum()):
-            return
         undefined = ~numpy.isfinite(table)
         if self._continued and not self.steps.begin[0]:
             undefined[0, :, 0] = False
@@ -291,8 +287,6 @@ class Zeros:
             at = numpy.array([i * (self.count + 1) + step + interpolation.nodes(NODES)[node]])
             if not (self._wide and numpy.isfinite(self._at(at, self._numbers)).all()):
                 raise self.broken(which.tolist(), float(self.steps.begin[step]))
-
-    # ---- points between which signs are compared ------------------------------------------------
 
     def _separated(self, table: Array) -> tuple[Array, Array]:
         """Return points that separate the zeros of all functions, and polynomials between them.
@@ -307,9 +301,7 @@ class Zeros:
         most = polynomials.tail + doubt
         changes, certain = interpolation.sign_changes(polynomials.bernstein, most)
         certain &= numpy.isfinite(most)
-        single = certain & (changes == 1)
-        largest = abs(values[:, single]).max(axis=0, initial=0)
-        single[single] = polynomials.tail[single] <= SINGLE * largest
+        single = certain & (changes == 1) & (polynomials.tail <= SINGLE * abs(values).max(axis=0))
         unclear = ~single & ~(certain & (changes == 0))
         divided = (single | unclear).reshape(shape)
         marked = numpy.ones((shape[0], self.count + 1), dtype=bool)
@@ -465,8 +457,6 @@ class Zeros:
                     behind[k] -= 1
             changes.append(behind)
         return numpy.concatenate(changes) if changes else numpy.zeros(0, dtype=int)
-
-    # ---- refinement -----------------------------------------------------------------------------
 
     def _refine(self, points: Array, behind: Array, intervals: Array) -> None:
         """Refine the zeros in double, then in the arithmetic of the run, and record them."""
