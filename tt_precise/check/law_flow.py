@@ -81,7 +81,7 @@ class ContactLaw:
 
     def phases(self, y: Array) -> Array:
         """Return the names of the states' phases."""
-        scene, body, state = self.scene, self.body, self.vectors(y)
+        scene, body, state = self.scene, self.body, self.vectors(y)[0]
         phase = numpy.full(y.shape[1], ROLLING if scene.model == "rolling" else GLIDING, "U7")
         if scene.may_stick:
             phase[numpy.hypot(state.vx, state.vy) <= AT_REST * self.speed] = RESTING
@@ -94,13 +94,14 @@ class ContactLaw:
             phase[state.height > ON_TABLE * body.R] = FLIGHT
         return phase
 
-    def vectors(self, y: Array) -> LiftedState:
-        """Return the states as vectors, with the height of the lowest point and its rate."""
+    def vectors(self, y: Array) -> tuple[LiftedState, Vector]:
+        """Return the states as vectors, with height and rise of the lowest point, and omega."""
         k, L = axis_of(*y[:4]), tuple(y[4:7])
-        swing = cross(inverse_inertia(self.body, k, L), contact_arm(self.body, k))
+        omega = inverse_inertia(self.body, k, L)
+        swing = cross(omega, contact_arm(self.body, k))
         vx, vy, rise = (v + w for v, w in zip(y[7:10], swing, strict=True))
         height = y[12] - self.body.R * (1 - self.body.alpha * k[2])
-        return LiftedState._make((*k, *L, vx, vy, height, rise))
+        return LiftedState._make((*k, *L, vx, vy, height, rise)), omega
 
     def force(self, phase: str, state: LiftedState) -> Vector:
         """Return the contact force (N) in a phase."""
@@ -122,7 +123,7 @@ class ContactLaw:
         normal force over the weight. Where a gliding contact point may come to rest, the margin is
         its speed over R omega if that is less.
         """
-        body, state = self.body, self.vectors(y)
+        body, state = self.body, self.vectors(y)[0]
         if phase == FLIGHT:
             return state.height if self.height else 1 + 0 * state.height
         if phase == RESTING:
@@ -142,16 +143,15 @@ class ContactLaw:
 
     def rates(self, phase: str) -> Function:
         """Return the time derivative of states in a phase: L' = a x F, m v' = F - m g z."""
-        body = self.body
 
         def derivative(y: Array) -> Array:
-            state = self.vectors(y)
-            force, a = self.force(phase, state), contact_arm(body, state.k)
+            state, omega = self.vectors(y)
+            force, a = self.force(phase, state), contact_arm(self.body, state.k)
             rates = numpy.empty_like(y)
-            rates[:4] = attitude_rate(y[:4], inverse_inertia(body, state.k, state.L))
+            rates[:4] = attitude_rate(y[:4], omega)
             rates[4], rates[5], rates[6] = cross(a, force)
-            rates[7], rates[8], rates[9] = (component / body.m for component in force)
-            rates[9] -= body.g
+            rates[7], rates[8], rates[9] = (component / self.body.m for component in force)
+            rates[9] -= self.body.g
             rates[10:] = y[7:10]
             return rates
 
@@ -272,7 +272,7 @@ def integrate_scene(law: ContactLaw, y: Array, spans: Array) -> tuple[LiftedStat
     Returns the states after their ``spans`` (s), NaN where the motion ends before, and the error
     bounds: two roundings a step, times the growth of the distance from a neighbouring start.
     """
-    state = numpy.array(law.vectors(y))
+    state = numpy.array(law.vectors(y)[0])
     sizes = numpy.repeat([1.0, 0.0, law.speed, law.body.R, law.speed], (3, 3, 2, 1, 1))[:, None]
     sizes[3:6] = numpy.sqrt((state[3:6] ** 2).sum(axis=0)).max(initial=0.0)
     nearby = state + NEARBY * numpy.resize([1.0, -1.0], 10)[:, None] * sizes * (state != 0)

@@ -172,7 +172,7 @@ def _flow_residuals(whole: Rows, rows: Rows) -> tuple[Array, Array]:
         columns = {"t": states.kx, **states._asdict()}
         vectors = COLUMN_SETS["vectors"].motion(body, columns, whole.assumed.rolling)
         there[:, integrated] = flow_state(vectors)
-    state = law.vectors(there)
+    state, _ = law.vectors(there)
     if whole.assumed.rolling:
         state = state._replace(vx=0 * state.kx, vy=0 * state.kx)
     scale = float(abs(INTEGRALS["energy"].scale(whole.first))) or 1.0
