@@ -8,26 +8,16 @@ import pytest
 from tests.check.conftest import EULER, pose, rows_of, solved, vectors
 from tests.conftest import Patch
 from tt_precise.check import residuals
-from tt_precise.check.residuals import (
-    RESOLVED,
-    StepResiduals,
-    by_any_force,
-    by_law,
-    integrate,
-    norm,
-    nutation,
-    torque_unit,
-    unresolved,
-)
+from tt_precise.check.residuals import RESOLVED, by_any_force, by_law, norm, unresolved
 
-Way = Callable[..., StepResiduals]
+Way = Callable[..., residuals.StepResiduals]
 
 
 @pytest.mark.parametrize("even", [True, False])
 def test_polynomials_are_exact_to_their_degree(even: bool) -> None:
     rows = numpy.arange(30) / 30 if even else numpy.sort(numpy.random.default_rng(3).random(30))
     for power, small in ((7, numpy.inf), (5, 1e-9)):
-        integrals, error = integrate(rows, rows[None] ** power)
+        integrals, error = residuals.integrate(rows, rows[None] ** power)
         exact = numpy.diff(rows ** (power + 1)) / (power + 1)
         assert abs(integrals - exact).max() < 1e-9
         assert 0 <= error.max() < small
@@ -66,7 +56,7 @@ def bounds_with_a_wrong_row(name: str, column: str, size: float) -> numpy.ndarra
 def test_an_interval_of_large_errors_tells_nothing(name: str, column: str, limit: float) -> None:
     """Up to 0.1 rad, 0.1 R and 0.3 m g R alpha; a row counts where the polynomials have it."""
     if name == "momentum":
-        limit *= torque_unit(rows_of(pose(2)).body) / HERTZ
+        limit *= residuals.torque_unit(rows_of(pose(2)).body) / HERTZ
     before, bounds = (bounds_with_a_wrong_row(name, column, size) for size in (0.0, 1e-3))
     if name != "rotation":  # the quaternion's four components hide some intervals
         assert (bounds > 10 * before.max()).sum() == 8 + 2 * 3  # neighbours on either side
@@ -77,7 +67,7 @@ def test_an_interval_of_large_errors_tells_nothing(name: str, column: str, limit
 
 
 def test_nothing_is_resolved_beyond_a_quarter_turn_of_the_nutation() -> None:
-    rate = float(nutation(rows_of(pose(481, 960)))[0]) * 960
+    rate = float(residuals.nutation(rows_of(pose(481, 960)))[0]) * 960
     for factor, resolved in ((0.95, True), (1.05, False)):
         rows = rows_of(pose(40, rate / (factor * RESOLVED)))
         bound = by_any_force(rows).bounds["momentum"]
