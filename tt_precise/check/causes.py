@@ -34,7 +34,8 @@ FEW = 120  # Leading rows on which a number is fitted, and a hypothesis is tried
 # right convention leaves the second, rounding of doubles, or up to the third in an engine's file: a
 # soft contact leaves some hundredths of the energy's failure, a wrong convention a part of 1.
 REST, NOTHING, ENGINES_REST = 0.01, 1e-6, 0.1
-STEP = 1e-4  # Relative change of a number for a derivative, which is known to a part of 1e-4.
+# Relative change of a number for a derivative, and the error of the derivative beside it.
+STEP, SLOPE_ERROR = 1e-4, 1e-3
 # Cosine of the angle between residuals and their derivative: a number that is wrong by a half is
 # more parallel to them. Passes of the fit: each gains a digit.
 PARALLEL, PASSES = 0.9, 10
@@ -144,9 +145,6 @@ def _conventions(failure: FailedRows) -> list[Cause]:
     return best
 
 
-# ---- one number of the body, or the clock ------------------------------------------------------
-
-
 def _numbers(rows: Rows, read: Reader) -> Iterator[Hypothesis]:
     """Fit the numbers of the body, and the rate of the clock, to the leading rows.
 
@@ -182,10 +180,10 @@ def with_change(rows: Rows, name: str, p: float, read: Reader = lambda body: {})
     return rows.changed(columns, body=body)
 
 
-def _residuals(rows: Rows, own: bool) -> Array:
+def _residuals(rows: Rows, own: bool, *tolerance: float) -> Array:
     """Return the residuals (components, intervals), relative to their sizes; NaN if unresolved."""
     if own:
-        steps = by_law(rows)
+        steps = by_law(rows, *tolerance)
         values = numpy.where(numpy.isfinite(steps.bounds["state"]), steps.state, numpy.nan)
     else:
         steps, unit = by_any_force(rows), torque_unit(rows.assumed.scene.body.numbers(float))
@@ -200,12 +198,11 @@ def _slopes(rows: Rows, own: bool, read: Reader) -> dict[str, Array]:
     They depend on mu only under the scene's law.
     """
     friction = own and not (rows.assumed.rolling or rows.assumed.flying) and rows.body.mu
-    before = _residuals(rows, own)
-    return {
-        name: numpy.nan_to_num(_residuals(with_change(rows, name, STEP, read), own) - before) / STEP
-        for name in (*BODY, "clock")
-        if name != "mu" or friction
-    }
+    names = [name for name in (*BODY, "clock") if name != "mu" or friction]
+    every = [rows, *(with_change(rows, name, STEP, read) for name in names)]
+    before, *after = (_residuals(each, own, SLOPE_ERROR * STEP) for each in every)
+    slopes = (numpy.nan_to_num(there - before) / STEP for there in after)
+    return dict(zip(names, slopes, strict=True))
 
 
 def _fit(

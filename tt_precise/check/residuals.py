@@ -132,11 +132,12 @@ def total_energy(rows: Rows, state: NewtonState | LiftedState) -> Array:
 # ---- the scene's contact force -----------------------------------------------------------------
 
 
-def by_law(rows: Rows) -> StepResiduals:
-    """Return the residuals of the scene's equations."""
+def by_law(rows: Rows, tolerance: float = TOLERANCE) -> StepResiduals:
+    """Return the residuals of the scene's equations, whose flow has a relative ``tolerance``."""
     starts = range(0, max(len(rows.t) - 1, 1), BLOCK)
-    blocks = (_flow_residuals(rows, rows.part(slice(a, a + BLOCK + 1))) for a in starts)
-    return _steps(rows, "by law", blocks)
+    parts = (rows.part(slice(a, a + BLOCK + 1)) for a in starts)
+    blocks = (_flow_residuals(rows, part, tolerance) for part in parts)
+    return _steps(rows, f"by law to {tolerance}", blocks)
 
 
 def law_of(rows: Rows) -> ContactLaw:
@@ -157,11 +158,11 @@ def flow_sizes(rows: Rows) -> Array:
 
 
 @numpy.errstate(all="ignore")
-def _flow_residuals(whole: Rows, rows: Rows) -> tuple[Array, Array]:
+def _flow_residuals(whole: Rows, rows: Rows, tolerance: float) -> tuple[Array, Array]:
     """Return the residuals of a block and their bounds; sizes are those of the ``whole``."""
     body, law, units, motion = whole.body, law_of(whole), whole.units, rows.motion
     y, spans = flow_state(motion), numpy.diff(rows.t)
-    there, error, least = law.flow(y[:, :-1], spans, flow_sizes(whole), TOLERANCE)
+    there, error, least = law.flow(y[:, :-1], spans, flow_sizes(whole), tolerance)
     integrated = numpy.empty(0, int)
     if whole.assumed.scene.may_stick or whole.has_height:
         switches = numpy.flatnonzero(law.may_change(y, least) | ~numpy.isfinite(error))
