@@ -84,7 +84,7 @@ def test_nothing_heavy_is_imported(written: Path) -> None:
         "import sys\nfrom tt_precise.cli import main\n"
         f"status = main(['check', {str(written)!r}, '--scene', 'reference'])\n"
         "heavy = {'heyoka', 'pandas', 'scipy', 'sympy', 'matplotlib', 'rich', 'pyarrow'}\n"
-        "heavy |= {'mpmath', 'importlib.resources', 'tempfile', 'gzip', 'html', 'numpy.ma'}\n"
+        "heavy |= {'mpmath', 'importlib.resources', 'tempfile', 'html', 'numpy.ma'}\n"
         "heavy |= {f'tt_precise.{name}' for name in ('integrate', 'golden.runs')}\n"
         "print(status, sorted(heavy & sys.modules.keys()))"
     )
