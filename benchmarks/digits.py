@@ -6,14 +6,13 @@ Seconds of a core for the reference scene, 8 s long; 300 digits, the most, for a
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import pandas
 
+from benchmarks.evidence import MEASURED, write
 from tt_precise.integration import integrate
-from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.cache import code_of
 
-OUT = Path("reports/measured/digits.csv")
 HORIZONS = {6: 8, 9: 8, 12: 8, 15: 8, 20: 8, 30: 8, 40: 8, 100: 8, 300: 0.1}  # s
 
 
@@ -36,7 +35,8 @@ def row(digits: int) -> dict[str, object]:
 def main() -> None:
     """Measure and write."""
     rows = pandas.DataFrame(map(row, HORIZONS))
-    atomic_write(OUT, rows.to_csv(index=False))
+    code = code_of("../benchmarks/digits.py")
+    write(MEASURED / "digits.json", {}, [], code, digits=rows.to_csv(index=False))
     print(rows.to_string(index=False))
 
 

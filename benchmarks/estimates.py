@@ -11,22 +11,21 @@ import random
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import Path
 
 import pandas
 
+from benchmarks.evidence import MEASURED, write
 from benchmarks.work_precision.findings import TradeoffTables, findings
 from tt_precise.integration import Trajectory, integrate
 from tt_precise.integration.errors import Errors
 from tt_precise.integration.precision import precision_named
 from tt_precise.integration.setup import require_contact
-from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.cache import code_of
 from tt_precise.runtime.terminal import Progress, progress_bar, say, silent
 from tt_precise.runtime.values import InputError, Json
 from tt_precise.scene.body import TippeTop
 from tt_precise.scene.scene import Inclination, InitialState, Scene, Start
 
-OUT = Path("reports/measured/estimates.csv")
 SAMPLES = 1_000
 # Bits by which the truth is finer: no scene here loses more than 10 of 15 digits.
 BEYOND = 50
@@ -146,7 +145,9 @@ def main() -> None:
     """Measure, write ``reports/measured/estimates.csv``, and print the findings."""
     with progress_bar("estimating errors") as progress:
         estimates = table(progress=progress)
-    atomic_write(OUT, estimates.to_csv(index=False, lineterminator="\n"))
+    code = code_of("../benchmarks/estimates.py")
+    text = estimates.to_csv(index=False, lineterminator="\n")
+    write(MEASURED / "estimates.json", {}, [], code, estimates=text)
     say(map(str, findings(TradeoffTables(None, estimates=estimates))))
 
 

@@ -1,4 +1,4 @@
-"""Write evidence that the report shows: JSON with the hash of its code, and figures beside it."""
+"""Write evidence: JSON with the hash of its code, and figures and tables beside it."""
 
 from __future__ import annotations
 
@@ -14,15 +14,22 @@ MEASURED = Path(__file__).parents[1] / "reports/measured"
 
 
 def write(
-    file: Path, content: Mapping[str, Json], figures: Sequence[Figure], code: Mapping[str, str]
+    file: Path,
+    content: Mapping[str, Json],
+    figures: Sequence[Figure],
+    code: Mapping[str, str],
+    **tables: str,
 ) -> None:
-    """Write a document with the hashes of its code, and its figures as SVG in the same folder.
+    """Write a document with the hashes of its code; in the same folder its figures and tables.
 
-    ``code`` comes from ``runtime.cache.code_of``.
+    ``code`` comes from ``runtime.cache.code_of``. ``fault_amounts`` is the text of
+    ``fault-amounts.csv``.
     """
     words = [{"name": f.name, "caption": f.caption, "alt": f.alt} for f in figures]
     files: dict[str | Path, str | bytes] = {
         file.with_name(f"{figure.name}.svg"): figure.svg for figure in figures
     }
+    for name, table in tables.items():
+        files[file.with_name(f"{name.replace('_', '-')}.csv")] = table
     files[file] = encode({**content, "figures": words, "code": code})
     write_together(files)

@@ -19,7 +19,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, partial
-from pathlib import Path
 from unittest import mock
 
 import heyoka
@@ -28,6 +27,7 @@ import pandas
 from scipy.integrate import solve_ivp
 
 from benchmarks.dropped_terms import rates_without, term_names
+from benchmarks.evidence import MEASURED, write
 from tt_precise.check import conservation
 from tt_precise.check.law_flow import attitude_rate
 from tt_precise.check.result import Result
@@ -37,15 +37,13 @@ from tt_precise.mechanics import euler, newton
 from tt_precise.mechanics.formulations import STATE_DIMENSIONS
 from tt_precise.mechanics.parameters import Parameters, Units
 from tt_precise.mechanics.vectors import axis_of, cross
-from tt_precise.runtime.files import atomic_write
+from tt_precise.runtime.cache import code_of
 from tt_precise.runtime.terminal import Progress, progress_bar, silent
 from tt_precise.runtime.values import InputError
 from tt_precise.scene.scene import InitialState, load_scene
 
 SCENE = "reference"
-OUT = Path("reports/measured/fault-amounts.csv")
-VERDICTS = Path("reports/measured/fault-verdicts.csv")
-DROPPED = Path("reports/measured/dropped-terms.csv")
+SOURCES = ("check", "../benchmarks/fault_amounts.py", "../benchmarks/dropped_terms.py")
 MOST_STEPS = 100_000  # The right equations take 5,000 steps; wrong ones may blow up.
 HERTZ = (30, 60, 240, 960)
 MODES = ("scene", "other")
@@ -364,13 +362,19 @@ def main() -> None:
     """Measure, and write the tables."""
     with progress_bar("planting faults") as progress:
         found = table(progress)
-    atomic_write(OUT, found.to_csv(index=False, float_format="%.0e", lineterminator="\n"))
     with progress_bar("judging faults of a hundredth") as progress:
         judged = verdicts(progress)
-    atomic_write(VERDICTS, judged.to_csv(index=False, lineterminator="\n"))
     with progress_bar("dropping terms") as progress:
         terms = dropped(progress=progress)
-    atomic_write(DROPPED, terms.to_csv(index=False, float_format="%.1e", lineterminator="\n"))
+    write(
+        MEASURED / "faults.json",
+        {},
+        [],
+        code_of(*SOURCES),
+        fault_amounts=found.to_csv(index=False, float_format="%.0e", lineterminator="\n"),
+        fault_verdicts=judged.to_csv(index=False, lineterminator="\n"),
+        dropped_terms=terms.to_csv(index=False, float_format="%.1e", lineterminator="\n"),
+    )
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import pytest
 import tt_precise as tt
 from benchmarks import fault_amounts
 from benchmarks.dropped_terms import term_names
+from benchmarks.evidence import MEASURED
 from benchmarks.fault_amounts import Fault, dropped, faults, right, smallest
 from tests.conftest import more
 
@@ -57,7 +58,7 @@ def test_every_dropped_term_fails() -> None:
 
 
 def test_the_table_has_every_fault_and_the_page_shows_it() -> None:
-    found = pandas.read_csv(fault_amounts.OUT)
+    found = pandas.read_csv(MEASURED / "fault-amounts.csv")
     page = Path("docs/explanation/measured.md").read_text("utf-8")
     assert [one.name for one in faults()] == found["fault"].tolist()
     assert "```{generated} faults\n```" in page
@@ -65,7 +66,7 @@ def test_the_table_has_every_fault_and_the_page_shows_it() -> None:
 
 def test_no_fault_of_a_hundredth_passes_but_legal_motions() -> None:
     """In the committed table; the words of each cause name what was planted, or a rival of it."""
-    table = pandas.read_csv(fault_amounts.VERDICTS)
+    table = pandas.read_csv(MEASURED / "fault-verdicts.csv")
     assert table["fault"].tolist() == [fault.name for fault in faults()]
     assert fault_amounts.false_passes(table) == []
     wrong = table.replace("open", "passes")

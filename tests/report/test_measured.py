@@ -12,7 +12,7 @@ from tests.report.conftest import figures, problems, tables
 from tt_precise.report import measured
 from tt_precise.report.document import Section, Text
 from tt_precise.report.measured import MEASURED
-from tt_precise.runtime.cache import source_hash
+from tt_precise.runtime.cache import changed, source_hash
 from tt_precise.runtime.values import InputError
 
 
@@ -52,8 +52,16 @@ def test_extremes_are_counted_by_topic_and_failed_cases_are_named(
     assert "3 extreme cases (poles 2, units 1): 2 have" in str(section.blocks[0])
 
 
-def test_faults_are_counted_where_lambda_alone_shows_them() -> None:
+@pytest.mark.slow
+def test_what_was_measured_is_of_this_code() -> None:
+    documents = [json.loads(file.read_text()) for file in sorted(MEASURED.glob("*.json"))]
+    assert [changed(document["code"]) for document in documents] == [()] * 6
+
+
+def test_faults_are_counted_where_lambda_alone_shows_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measured, "changed", lambda code: ("check",))
     section = measured.faults()
+    assert "before the last change of check." in str(section.blocks[-1])
     (table,) = tables(section)
     assert len(table.rows) > 10
     emphasis = section.blocks[0]

@@ -112,12 +112,13 @@ def faults() -> Section:
     by_jellett = sum(float(drift or "nan") > LAMBDA_KEPT for drift in dropped["jellett"])
     return Section.of(
         "faults", {"faults-table": table}, {}, terms=len(dropped), limit=LAMBDA_KEPT,
-        by_jellett=by_jellett, detected=int((dropped["fails"] != "").sum()), stale="",
+        by_jellett=by_jellett, detected=int((dropped["fails"] != "").sum()),
+        stale=_stale(_evidence("faults")),
     )  # fmt: skip
 
 
 def _evidence(name: str) -> dict[str, Json]:
-    return read(MEASURED / f"{name}.json", f"what `python -m benchmarks.{name}` writes")
+    return read(MEASURED / f"{name}.json", "what a module of `benchmarks` writes")
 
 
 def _figures(document: Mapping[str, Json]) -> dict[str, Block]:
