@@ -25,9 +25,9 @@ from tt_precise.scene.scene import load_scene
         ("1.2346e+00", "7", "1e-9", False),
         # below a power of ten five digits are ten times finer
         ("1.0000e+00", "1.00004", "1e-9", True),
-        ("1.0000e+00", "0.99996", "1e-9", False),
-        ("-1.0000e+00", "-0.999996", "1e-9", True),
-        ("-1.0000e+00", "-0.99996", "1e-9", False),
+        ("1.0000e+00", "0.9999949", "1e-9", False),
+        ("-1.0000e+00", "-0.9999951", "1e-9", True),
+        ("-1.0000e+00", "-0.9999949", "1e-9", False),
         # the ties themselves: either neighbour is right
         ("2e+00", "2.5", "0", True),
         ("2e+00", "1.5", "0", True),
