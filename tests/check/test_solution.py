@@ -25,9 +25,6 @@ def golden(source: Any, scene: Any = "reference", **words: Any) -> Any:
     return check(source, scene, **words)["golden"]
 
 
-# ---- the start ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("friction", ["scene", "other"])
 @pytest.mark.parametrize(
     ("column", "value"), [("omega_3", "155.155"), ("theta", "0.1001"), ("phi_dot", "0.1")]
@@ -52,8 +49,6 @@ def test_a_start_is_the_same_to_the_digits_of_32_bits(size: float, verdict: str)
         moved["kz"] = numpy.sqrt(1 - moved["kx"] ** 2 - moved["ky"] ** 2)
         assert check(moved, "reference")["start"].verdict == verdict
 
-
-# ---- columns beside the state ------------------------------------------------------------------
 
 SPOILT: dict[str, Callable[[Any], Any]] = {
     "theta": lambda v: v + 3e-5,
@@ -101,9 +96,6 @@ def test_a_quaternion_beside_vectors_turns_with_their_spin() -> None:
 def test_a_column_that_nothing_determines_is_left_open(columns: list[str], unseen: str) -> None:
     result = check(solved(columns, 201, 1000), "reference", friction="other")
     assert (result["agreement"].verdict, result["agreement"].note) == ("open", unseen)
-
-
-# ---- the distance ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("scene", of_each_kind(store.scenes()))

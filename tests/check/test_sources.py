@@ -70,7 +70,6 @@ def test_every_format_is_the_same(written: Path, tmp_path: Path, monkeypatch: Pa
         ("kz", "abc", ", column kz: got 'abc', expected a number"),
         ("kz", "0x10", ", column kz: got '0x10', expected a number"),
         ("t", "2.97", ": t = 2.97 comes after t = 2.97, expected strictly increasing time"),
-        ("t", "1", ": t = 1.0 comes after t = 2.97, expected strictly increasing time"),
     ],
 )
 def test_a_bad_cell_is_named(written: Path, column: str, text: str, message: str) -> None:
@@ -84,17 +83,11 @@ def test_a_bad_cell_is_named(written: Path, column: str, text: str, message: str
         ("bad.csv", b"", "got an empty file, expected a header such as t,kx"),
         ("bad.csv", b"\n# only\n# comments\n", "got 'only', expected a header"),
         ("bad.csv", AXIS, "got 0 rows, expected a trajectory of at least two"),
-        ("bad.csv", AXIS + ROW, "got 1 row"),
         ("bad.csv", AXIS + ROW + b"1,0,0\n", "7 columns but 3 were found at row 2"),
-        ("bad.csv", AXIS + ROW + b"\n" + b"1" * 500_000, "7 columns but 1 were found at row 2"),
         ("bad.csv", b"t;kx;ky\n0;0;0\n", "among the columns t, kx, ky; rename"),
         ("bad.csv", b"0.0,0.1,0.2\n", "got '0.0,0.1,0.2', expected a header"),
         ("bad.csv", b"<!DOCTYPE html>\n", "got HTML or XML, expected a header"),
-        (
-            "bad.csv",
-            b"version https://git-lfs.github.com/spec/v1\n",
-            "a Git LFS pointer",
-        ),
+        ("bad.csv", b"version https://git-lfs.github.com/spec/v1\n", "a Git LFS pointer"),
         ("bad.csv", b"\xff\xfe\x00", "can't decode byte 0xff"),
         ("bad.csv", b"x" * 2_000_000, "got 'x{40}', expected a header"),
         ("bad.csv", AXIS[:-1] + b",kx\n", "column kx occurs twice"),
@@ -116,7 +109,7 @@ def test_sources_that_are_no_files(tmp_path: Path) -> None:
         os.mkfifo(pipe)
     for path in (tmp_path, *pipes):
         refuses("no regular file", path)
-    for name in ("absent.csv", "absent.h5", "nul\0"):
+    for name in ("absent.csv", "nul\0"):
         refuses("expected a trajectory file", tmp_path / name)
     refuses("got a int, expected a path, a DataFrame or a mapping", 17)
     refuses("missing ky", {"t": [0, 1], "kx": [0]})
@@ -147,8 +140,6 @@ def test_a_blow_up_at_the_start_leaves_nothing_to_check(row: int) -> None:
     assert [each.verdict for each in result.checks if each.verdict != "skipped"] == ["fail"]
     assert f"kz = nan in row {row}" in str(result)
     assert result["finite"].at == frame["t"][row]
-    frame.loc[row, "t"] = None  # the time is that of the row before, or 0
-    assert check(frame, "reference")["finite"].at == 0
 
 
 def test_every_known_column_is_finite(no_cause: None) -> None:
@@ -173,18 +164,12 @@ DATES = numpy.datetime64("2026-01-01") + (T * 1e9).astype("timedelta64[ns]")
         ("kz", KZ + 1j, "column kz: got complex128 .*, expected one real number"),
         ("kz", numpy.ma.masked_less(KZ, 1), "column kz: got masked entries"),
         ("kz", KZ.reshape(-1, 1), r"column kz: got float64 of shape \(9, 1\)"),
-        ("kz", KZ > 0, "column kz: got bool"),
-        ("t", DATES, r"column t: got datetime64\[ns\] .* one real number"),
-        ("t", DATES - DATES[0], r"column t: got timedelta64\[ns\]"),
         ("t", pandas.Series(DATES), r"column t: got datetime64\[ns\]"),
     ],
 )
 def test_input_that_would_lose_something_is_refused(name: str, values: Any, message: str) -> None:
     columns = {each: vectors(9)[each].to_numpy() for each in VECTORS}
     refuses(message, {**columns, name: values})
-
-
-# ---- files that claim more than they hold, or point elsewhere ----------------------------------
 
 
 @pytest.fixture
