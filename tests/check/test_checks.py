@@ -88,6 +88,8 @@ def test_energy_may_fall_but_not_rise() -> None:
 @pytest.mark.parametrize(("hertz", "asked"), [(1600, True), (1700, False)])
 def test_dense_rows_under_another_force_do_not_ask_the_scene(hertz: int, asked: bool) -> None:
     assert checks.obeys_scene(rows_of(solved(POSE, 20, hertz), friction="other")) == asked
+    soft = solved(POSE, 20, 2000, "stribeck")  # a kink of its friction is never dense
+    assert checks.obeys_scene(rows_of(soft, "stribeck", friction="other"))
 
 
 @pytest.mark.parametrize(("pull", "verdict"), [(0.9e-3, "pass"), (1.1e-3, "fail")])

@@ -33,7 +33,7 @@ VISIBLE_TORQUE = 0.3
 SINKING = 0.1  # Depth in R to which a table may give way under another force than the scene's.
 MOST_MISSING = 0.5  # Part of the motion that the scene's law may leave unresolved.
 LEADING = 2048  # Rows that must obey the scene's law before all rows are asked.
-DENSE = 0.1  # Nutation (rad) from row to row up to which eight rows resolve every smooth motion.
+DENSE = 0.1  # Nutation (rad) from row to row up to which eight rows resolve linear friction.
 FOLLOWING = 1e-3  # Distance from the equations up to which their motion between rows is theirs.
 TOO_FEW_DIGITS = "the file has too few digits"
 
@@ -262,7 +262,8 @@ def obeys_scene(rows: Rows) -> bool:
     if "obeys scene" not in rows.cache:
         obeys = _has_height(rows) and rows.has_velocity and rows.rounding < PAPER_LIMIT
         if obeys and rows.assumed.friction == "other":
-            obeys = not rows.assumed.smooth or residuals.nutation(rows).max() > DENSE
+            linear = rows.assumed.smooth and rows.assumed.scene.body.friction.constant
+            obeys = not linear or residuals.nutation(rows).max() > DENSE
             if obeys and len(rows.t) > LEADING:
                 obeys = obeys_scene(rows.part(slice(LEADING)))
         if obeys:

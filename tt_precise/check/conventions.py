@@ -299,7 +299,7 @@ def _attitude(rows: Rows) -> float:
     back = _rotated(_rotation(rate[:, last], -half), k[:, last])
     known = slice(0 if rows.assumed.columns.azimuth else 2, 3)
     missed, moved = (there - back)[known].ravel(), (k[:, last] - k[:, first])[known].ravel()
-    return _rms(missed) / _rms(moved)
+    return float(numpy.divide(_rms(missed), _rms(moved)))  # constant rows move by 0
 
 
 def _rotation(rate: Array, t: Array) -> Array:

@@ -78,7 +78,8 @@ class Source:
 
     def _numbers(self, name: str, values: Any) -> Array:
         masked = type(values).__name__ == "MaskedArray" and numpy.any(values.mask)
-        array = numpy.asarray(values)
+        with _readable(self.where):
+            array = numpy.asarray(values)
         if masked or array.ndim != 1 or array.dtype.kind in "mMcb":
             got = "masked entries" if masked else f"{array.dtype} of shape {array.shape}"
             raise InputError(
