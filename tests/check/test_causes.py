@@ -10,7 +10,7 @@ import pandas
 import pytest
 
 import tt_precise as tt
-from tests.check.conftest import VECTORS, check, rows_of, vectors
+from tests.check.conftest import POSE, VECTORS, check, rows_of, vectors
 from tests.conftest import Patch, more
 from tt_precise.check import causes
 from tt_precise.check.causes import FailedRows, Hypothesis, power, with_change
@@ -48,6 +48,14 @@ def test_a_fast_clock_and_another_start_are_named() -> None:
     ((kind, text),) = named(other)
     assert kind == "start"
     assert text.startswith("another start than the scene's (Lz")
+
+
+def test_a_number_that_does_almost_as_well_is_named_too() -> None:
+    scene = tt.load_scene("phi-dot-195").varied(sample_every="1/240", until="0.4")
+    body = replace(scene.body, I1=scene.body.I1 * Fraction("1.0001"))
+    rows = tt.integrate(replace(scene, body=body), events=(), record=("x", "y")).frame(*POSE[1:])
+    (cause,) = check(rows, "phi-dot-195", friction="other").causes
+    assert cause.text.startswith("I1 is 1.000099 times the scene's, or I3 is 0.99990")
 
 
 def test_few_digits_are_named() -> None:

@@ -117,10 +117,10 @@ def explain(
     # what no deciding check sees, no deciding check can confirm
     numbers = _numbers(rows, read) if failed & deciding else iter(())
     rests = [(failure.rest(number), number) for number in numbers]
-    equal = [number for rest, number in rests if rest <= REST]
-    sure = any(rest <= NOTHING for rest, _ in rests)
-    if not sure and (failed or opened & deciding) and (conventions := _conventions(failure)):
-        return conventions
+    least = min((rest for rest, _ in rests), default=math.inf)
+    equal = [number for rest, number in rests if least <= REST and rest <= max(REST, 3 * least)]
+    if least > NOTHING and (failed or opened & deciding) and (found := _conventions(failure)):
+        return found
     if equal:
         doubt = ": these rows cannot tell" if len(equal) > 1 else ""
         return [Cause(equal[0].kind, ", or ".join(each.text for each in equal) + doubt)]
