@@ -38,10 +38,8 @@ def test_exit_status_and_json(written: Path, printed: Printed) -> None:
     [
         ("--limit jellett=x", "--limit: got 'jellett=x', expected NAME=VALUE or VALUE"),
         ("--limit 1e-9 --limit 1e-6", "--limit: got '1e-6'"),
-        ("--columns t", "--columns: got 't', expected theirs=ours"),
         ("--columns a=omega3", "--columns: got 'omega3', .* did you mean 'omega_3'"),
         ("--scene nonsense", "scene: got 'nonsense'"),
-        ("--plot x.txt", "got x.txt"),
         ("--until -1", "got 0 rows up to t = -1 s"),
         ("--junit /proc/nothing/x.xml", "/proc/nothing/x.xml"),
     ],

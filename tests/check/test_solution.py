@@ -173,10 +173,8 @@ def test_rows_behind_the_end_of_the_motion_are_no_solution(scene: str) -> None:
         (lambda frame: frame[frame["t"] <= 5], "t = 5 and 8 s"),
         (lambda frame: frame.iloc[:-1], "t = 7.99 and 8 s"),
         (lambda frame: frame[(frame["t"] < 3) | (frame["t"] > 3.02)], "t = 2.99 and 3.03 s"),
-        (lambda frame: frame.iloc[::200], "t = 6 and 8 s"),
         (lambda frame: frame[200:260].drop(index=range(220, 230)), "t = 2.19 and 2.3 s"),
     ],
-    ids=["a tail", "the last row", "a gap", "few rows", "a gap after a restart"],
 )
 def test_missing_rows_are_refused(spoil: Any, message: str) -> None:
     refuses(f"there is no row between {message}", spoil(vectors()), digits=8)

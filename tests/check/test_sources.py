@@ -85,6 +85,7 @@ def test_a_bad_cell_is_named(written: Path, column: str, text: str, message: str
         ("bad.csv", AXIS, "got 0 rows, expected a trajectory of at least two"),
         ("bad.csv", AXIS + ROW + b"1,0,0\n", "7 columns but 3 were found at row 2"),
         ("bad.csv", b"t;kx;ky\n0;0;0\n", "among the columns t, kx, ky; rename"),
+        ("bad.csv", b"<!DOCTYPE html>\n", "got HTML or XML, expected a header"),
         ("bad.csv", b"version https://git-lfs.github.com/spec/v1\n", "a Git LFS pointer"),
         ("bad.csv", b"\xff\xfe\x00", "can't decode byte 0xff"),
         ("bad.csv", b"x" * 2_000_000, "got 'x{40}', expected a header"),
@@ -158,7 +159,6 @@ DATES = numpy.datetime64("2026-01-01") + (T * 1e9).astype("timedelta64[ns]")
     [
         ("kz", [*KZ[:5], "abc", *KZ[6:]], "row 5, column kz: got 'abc', expected a number"),
         ("kz", [10**400, *KZ[1:]], "row 0, column kz: got '10*', expected a number"),
-        ("kz", KZ + 1j, "column kz: got complex128 .*, expected one real number"),
         ("kz", numpy.ma.masked_less(KZ, 1), "column kz: got masked entries"),
         ("kz", [[0.0], *KZ[1:]], "inhomogeneous shape"),
         ("kz", KZ.reshape(-1, 1), r"column kz: got float64 of shape \(9, 1\)"),
