@@ -30,9 +30,9 @@ from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.values import Array, Check
 
 FEW = 120  # Leading rows on which a number is fitted, and a hypothesis is tried first.
-# Parts of a failure. A number may leave the first, a rival thrice the least: they act alike. The right
-# convention leaves the second, rounding of doubles, or up to the third in an engine's file: a soft
-# contact leaves some hundredths of the energy's failure, a wrong convention a part of 1.
+# Parts of a failure. A number may leave the first, a rival thrice the least: they act alike. The
+# right convention leaves the second, rounding of doubles, or up to the third in an engine's file: a
+# soft contact leaves some hundredths of the energy's failure, a wrong convention a part of 1.
 REST, NOTHING, ENGINES_REST = 0.01, 1e-6, 0.1
 # Relative change of a number for a derivative, and the error of the derivative beside it.
 STEP, SLOPE_ERROR = 1e-4, 1e-3
