@@ -13,7 +13,8 @@ from tt_precise.runtime.values import Array, Functions, Scalar
 from tt_precise.taylor.graph import Graph, numbers
 from tt_precise.taylor.machine import MOST_LIMBS, MOST_ORDER, TIMES, Machine, aligned
 
-STEPS_IN_BLOCK = 512  # Taylor steps in one piece.
+# Taylor steps in the first piece and at most in one: few are in vain behind the end of a motion.
+FEWEST_STEPS, MOST_STEPS = 64, 512
 # of time; where 57 powers of it are out of range, less by and by
 FIRST_UNIT, LESS, LEAST_UNIT = 2.0**-3, 2.0**-16, 2.0**-200
 SPARE_ORDERS = 4  # orders computed in more limbs than they need in theory
@@ -101,19 +102,19 @@ class System:
         orders = numpy.array(orders_of(tolerance, limbs), dtype=numpy.int64)
         work = numpy.zeros(kernel.work(order))
         time = numpy.array([FIRST_UNIT, 0.0, 0.0, 0.0])
-        longest = min(longest, until)
+        longest, count = min(longest, until), FEWEST_STEPS
         while True:
-            plane = (STEPS_IN_BLOCK + 1) * (order + 2) * kernel.columns
+            plane = (count + 1) * (order + 2) * kernel.columns
             data = aligned(limbs * plane)
             for limb in range(limbs):
                 data[limb * plane :][: row.shape[1]] = row[limb]
-            times = numpy.zeros((STEPS_IN_BLOCK + 1, TIMES))
+            times = numpy.zeros((count + 1, TIMES))
             times[0, :4] = time
             taken = self.machine.run(
-                data.ctypes.data, plane, STEPS_IN_BLOCK, orders.ctypes.data, constants.ctypes.data,
+                data.ctypes.data, plane, count, orders.ctypes.data, constants.ctypes.data,
                 tolerance, longest, until, times.ctypes.data, work.ctypes.data,
             )  # fmt: skip
-            steps = data.reshape(limbs, STEPS_IN_BLOCK + 1, order + 2, -1)
+            steps = data.reshape(limbs, count + 1, order + 2, -1)
             piece = StepBlock(self, orders, steps, times, taken)
             if piece.good < taken and times[piece.good, 0] > LEAST_UNIT:
                 # its terms may only be too large for this unit of time
@@ -123,7 +124,7 @@ class System:
                 shorter = 1.0
             if taken:
                 yield piece
-                time, row = times[taken, :4], piece.end_row
+                time, row, count = times[taken, :4], piece.end_row, min(4 * count, MOST_STEPS)
             time[0] *= shorter
             if piece.good < taken or not piece.end_time[0] < until:
                 return
