@@ -63,8 +63,7 @@ def bare(problem: GoldenProblem, settings: Settings, options: Sequence[str] = ()
         problem.state(settings.precision),
         pars=problem.parameters(settings.precision),
         fp_type=setup.precision.fp_type,
-        **numeric_options(setup),
-        **dict.fromkeys(options, True),
+        **{**numeric_options(setup), **dict.fromkeys(options, True)},
     )
     return _solver(adaptive, problem, settings)
 
