@@ -146,4 +146,4 @@ def test_an_engine_s_low_centre_of_mass_is_named() -> None:
     """The velocity of the centre of mass follows from the engine's columns and the body."""
     path = CASES / "mujoco_cm_offset_1pct_low.csv"
     causes = check(path, "reference", **SOFT, limits={"contact_velocity": 1e-5}).causes
-    assert [each.text for each in causes] == ["alpha is 0.9900 times the scene's"]
+    assert [each.text for each in causes] == ["alpha is 0.990 times the scene's"]

@@ -38,11 +38,6 @@ def test_spans_are_halved_as_often_as_they_may_be_and_no_more() -> None:
     assert turned(spans, 1e-12, halvings=0).error[0] > 1
 
 
-def test_a_dip_between_two_rows_is_bounded_from_below() -> None:
-    end = turned(numpy.array([numpy.pi]), 1e-12, watch=lambda y: y[0] + 0.5)
-    assert -1.5 < end.least[0] < -0.5
-
-
 SMOOTH = ("reference", "rolling", "frictionless", "regularised-1e-2", "stribeck", "flight")
 
 

@@ -124,7 +124,6 @@ def test_a_plot(failing: tt.check.Result, tmp_path: Path, suffix: str, begin: by
     [
         (Residual(numpy.zeros(3), bound=0.5), "at most", "pass"),
         (Residual(numpy.zeros(3), bound=2.0), "at most", "open"),
-        (Residual(numpy.zeros(3), unresolved="no rows"), "at most", "open"),
         (Residual(numpy.zeros(3), bound=2.0, decided=True), "at most", "pass"),
         (Residual(numpy.full(3, 3.0), bound=2.0), "at most", "fail"),
         (Residual(numpy.array([0, numpy.nan, 0])), "at most", "fail"),

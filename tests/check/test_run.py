@@ -61,7 +61,7 @@ GATES: dict[str, tuple[Any, float]] = {
     "green": (partial(check, until=UNTIL), 1e-6),
     "green by another law": (partial(check, until=UNTIL, friction="other"), 1.001e-3),
 }
-KINDS = ("factor", "value", "shift", "later", "swap", "permute", "noise", "one cell")
+KINDS = ("factor", "value", "shift", "later", "swap", "noise", "one cell")
 Table = dict[str, numpy.ndarray]
 
 
@@ -92,9 +92,6 @@ def corrupted(kind: str, rng: random.Random) -> Table:
             table["t"][9:][part] += rng.choice([1e-5, -1e-5, 0.0037, 0.01])
         case "swap":
             column[part], table[other][part] = table[other][part].copy(), column[part].copy()
-        case "permute":
-            for each in VECTORS[1:] if rng.random() < 0.5 else (name,):
-                table[each][part] = table[each][part][::-1]
         case "noise":
             column[part] += size * numpy.array([rng.gauss(0, 1) for _ in rows[part]])
         case "one cell":

@@ -37,8 +37,8 @@ def test_data_are_whole_proved_and_for_the_shipped_scene(name: str) -> None:
 
 @pytest.mark.slow
 def test_proofs_are_of_this_code() -> None:
-    found = [proofs.read_proof(store.read_files(name)) for name in shipped()]
-    assert [proofs.stale(proof) for proof in found if proof] == [""] * 27
+    certificates = [proofs.read_proof(store.read_files(name)) for name in shipped()]
+    assert [proofs.stale(proof) for proof in certificates if proof] == [""] * 27
 
 
 def test_every_shipped_scene_has_data_and_they_are_small() -> None:

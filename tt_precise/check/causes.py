@@ -118,12 +118,12 @@ def explain(
     numbers = _numbers(rows, read) if failed & deciding else iter(())
     rests = [(failure.rest(number), number) for number in numbers]
     least = min((rest for rest, _ in rests), default=math.inf)
-    equal = [number for rest, number in rests if least <= REST and rest <= max(REST, 3 * least)]
-    if least > NOTHING and (failed or opened & deciding) and (found := _conventions(failure)):
-        return found
-    if equal:
-        doubt = ": these rows cannot tell" if len(equal) > 1 else ""
-        return [Cause(equal[0].kind, ", or ".join(each.text for each in equal) + doubt)]
+    rivals = [number for rest, number in rests if least <= REST and rest <= max(REST, 3 * least)]
+    if least > NOTHING and (failed or opened & deciding) and (conventions := _conventions(failure)):
+        return conventions
+    if rivals:
+        doubt = ": these rows cannot tell" if len(rivals) > 1 else ""
+        return [Cause(rivals[0].kind, ", or ".join(each.text for each in rivals) + doubt)]
     if failed == {"start"}:
         return [Cause("start", next(c.note for c in checks if c.name == "start"))]
     too_few = [c for c in checks if c.name in opened and "too few digits" in c.note]
@@ -227,13 +227,10 @@ def _fit(
 
 
 def _in_words(name: str, p: float) -> str:
-    digits = max(2, 1 - math.floor(math.log10(abs(p))))
+    digits = max(2, 1 - int(f"{p:.1e}".partition("e")[2]))
     if name == "clock":
         return f"t runs {1 / (1 + p):.{digits}f} times as fast as the motion"
     return f"{name} is {1 + p:.{digits}f} times the scene's"
-
-
-# ---- the power of a pass -----------------------------------------------------------------------
 
 
 def power(

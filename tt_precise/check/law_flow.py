@@ -39,7 +39,6 @@ HALVINGS = 5
 # Angle (rad) that twelve columns resolve to 1e-13, and the most between two rows.
 TURN = 1.8
 MOST_TURN = TURN * 2**HALVINGS
-ON_TABLE = 1e-9  # Height in R up to which the lowest point touches a rigid table.
 # Speed of a resting contact point in R omega: v + omega x a has some hundred roundings.
 AT_REST = 256 * EPS
 # Angle (rad) of the spin from the end of a motion up to which a row is at this end: rounding, and a
@@ -70,14 +69,15 @@ class FlowEnd(NamedTuple):
 class ContactLaw:
     """The contact law of a scene: the phase of each state, and the force in each phase.
 
-    ``body`` is in SI. ``height`` says that the height of the lowest point is known; without it a
-    top is on the table, or in flight throughout. ``speed`` (m/s) is R omega at the start.
+    ``body`` is in SI. Without a known ``height`` the top is on the table, or in flight throughout.
+    ``speed`` (m/s) is R omega at the start; up to ``on_table`` (R) a rigid table is touched.
     """
 
     scene: Scene
     body: Parameters
     height: bool
     speed: float
+    on_table: float
 
     def phases(self, y: Array) -> Array:
         """Return the names of the states' phases."""
@@ -91,7 +91,7 @@ class ContactLaw:
             pushes = (state.height < 0) & (compliant.pull(body, state.height, state.rise) < 0)
             phase = numpy.where(pushes, ELASTIC, FLIGHT)
         elif self.height:
-            phase[state.height > ON_TABLE * body.R] = FLIGHT
+            phase[state.height > self.on_table * body.R] = FLIGHT
         return phase
 
     def vectors(self, y: Array) -> tuple[LiftedState, Vector]:
@@ -307,7 +307,7 @@ def _through_switches(law: ContactLaw, row: Array, span: float) -> tuple[Array, 
     start = replace(start, vectors=vectors, until=span / start.units.time)
     try:
         pulled = not spring and ended_at_start(start, setup.contact, fn)
-        if pulled or (not spring and state.height > ON_TABLE):
+        if pulled or (not spring and state.height > law.on_table):
             above = SegmentStart.of_run(setup, replace(start, vectors=state))
             segments = [flying(setup, above, start.until * 0)]
         else:

@@ -32,6 +32,7 @@ from tt_precise.runtime.values import Array
 # Error of the flow between two rows, relative to the sizes: the sum of a million rows stays below
 # the limits of the checks.
 TOLERANCE = 1e-13
+ON_TABLE = 1e-9  # Height in R up to which the lowest point of exact rows touches a rigid table.
 ROUNDED = 8.0  # A row is rounded at either end in attitude, momentum, velocity and position (eps).
 # Nutation (rad) from row to row up to which rates are resolved: they contain twice the nutation,
 # which aliases from pi/2 on.
@@ -142,7 +143,8 @@ def by_law(rows: Rows, tolerance: float = TOLERANCE) -> StepResiduals:
 
 def law_of(rows: Rows) -> ContactLaw:
     """Return the contact law of the scene, for the body of the rows."""
-    return ContactLaw(rows.assumed.scene, rows.body, rows.has_height, rows.units["v"])
+    on_table = max(ON_TABLE, 4 * rows.rounding + rows.position_rounding)
+    return ContactLaw(rows.assumed.scene, rows.body, rows.has_height, rows.units["v"], on_table)
 
 
 def flow_state(motion: RigidMotion) -> Array:
@@ -299,14 +301,14 @@ def integrate(t: Array, values: Array) -> tuple[Array, Array]:
 def stencils(t: Array, count: int) -> tuple[Array, Array]:
     """Return the first of the rows near each interval, and the weights (count, n - 1) of all."""
     count, steps = min(count, len(t)), numpy.diff(t)
-    own = numpy.arange(len(steps))
-    first = numpy.clip(own - (count // 2 - 1), 0, len(t) - count)
+    interval = numpy.arange(len(steps))
+    first = numpy.clip(interval - (count // 2 - 1), 0, len(t) - count)
     # intervals at the same position among evenly spaced rows have the same weights
     even = abs(steps / steps[0] - 1).max() < 1e-9
-    _, some, back = numpy.unique(own - first if even else own, return_index=True,
+    _, distinct, back = numpy.unique(interval - first if even else interval, return_index=True,
                                  return_inverse=True)  # fmt: skip
-    rows, powers = first[some, None] + numpy.arange(count), numpy.arange(count)
-    u = (t[rows] - t[some, None]) / steps[some, None]  # the interval is [0, 1]
+    rows, powers = first[distinct, None] + numpy.arange(count), numpy.arange(count)
+    u = (t[rows] - t[distinct, None]) / steps[distinct, None]  # the interval is [0, 1]
     moments = numpy.broadcast_to(1 / (powers + 1), u.shape)
     weights = numpy.linalg.solve(u[:, None, :] ** powers[:, None], moments[..., None])[..., 0]
     return first, weights.T[:, back]

@@ -182,6 +182,7 @@ class Rows:
     def rounding(self) -> float:
         """The relative error of the state by the digits in which its columns are written."""
         sizes = {"k": 1.0, "L": self.units["L"], "v": self.units["v"], "rate": self.spin_rate}
+        sizes |= {"x": self.body.R} if self.has_height else {}
         return max(self._half_unit(name) / size for name, size in sizes.items())
 
     @property

@@ -88,8 +88,8 @@ class TaylorRun:
         """Return the outcome of a run whose steps are known."""
         if status == "complete" and self.losses:
             status = "contact_ignored"
-        found, series = self.zeros.collect(), partial(join, self.blocks)
-        return Propagation(status, time, row, self.steps, order, found, series)
+        events, series = self.zeros.collect(), partial(join, self.blocks)
+        return Propagation(status, time, row, self.steps, order, events, series)
 
 
 def propagate(
@@ -250,8 +250,8 @@ def build(setup: Setup) -> Integrator:
     number, losses, noted = setup.precision.number, list[str](), []
     falling: Any = {"direction": heyoka.event_direction.negative, "fp_type": fp_type}
     if setup.contact == "bilateral":
-        lost = terminal.pop("contact_lost")
-        noted = [heyoka.nt_event(lost, lambda *_: losses.append("contact_lost"), **falling)]
+        g_n = terminal.pop("contact_lost")
+        noted = [heyoka.nt_event(g_n, lambda *_: losses.append("contact_lost"), **falling)]
     goes_on: Any = setup.phase.condition or (lambda *_: None)
     zero = setup.precision.context.mpf(0)
     integrator = heyoka.taylor_adaptive(

@@ -131,8 +131,8 @@ class _DoublesRun(TaylorRun):
             terms = (outputs * powers[..., None]).swapaxes(0, 1)[..., None]
             values = horner(terms, interpolation.nodes(NODES)).transpose(1, 2, 0)
             bernstein, tail, _ = interpolation.through(values, numpy.zeros(1, dtype=bool))
-            slow = abs(terms[-2:]).sum(axis=(0, 3)).T / CLEAR  # small where the series converges
-            clear = bernstein.min(axis=1) - tail - slow > CLEAR * abs(bernstein).max(axis=1)
+            omitted = abs(terms[-2:]).sum(axis=(0, 3)).T / CLEAR  # small where the series converges
+            clear = bernstein.min(axis=1) - tail - omitted > CLEAR * abs(bernstein).max(axis=1)
         return not clear.all()
 
     def _first_end(self, block: Steps, piece: StepBlock) -> _End | None:

@@ -94,10 +94,10 @@ class Trajectory:
     def state(self) -> State:
         """The state at ``t_end``; it prints with its errors once these are known."""
         state = self.run.once(state_at, lambda: state_at(self.run, self.run.end_time))
-        known = dict(self.errors.at_end) if self.errors.available else {}
-        if end := known.pop("t_end", 0):
-            known["t"] = end
-        return State(state.t, state.values, self.precision, known)
+        by_name = dict(self.errors.at_end) if self.errors.available else {}
+        if end := by_name.pop("t_end", 0):
+            by_name["t"] = end
+        return State(state.t, state.values, self.precision, by_name)
 
     def at(self, t: Scalar) -> State:
         """The state at time ``t`` (s) from the Taylor series of the step around it.

@@ -46,9 +46,9 @@ ROUNDING = 2.0**-53  # Relative error of a rounding in double.
 # steps are e^-2 of the radius of convergence (Jorba and Zou 2005).
 OMITTED = math.exp(-2)
 MOST_STEPS_AT_ONCE = 4096  # bounds memory to 50 MB
-SHAPE = (
-    2.0**-16
-)  # Largest distance of a polynomial from its function, relative to its largest value.
+# Largest distance of a polynomial from its function, relative to its largest value: extreme values
+# are then off by the square of it, less than a rounding of the values they are decided among.
+SHAPE = 2.0**-16
 SINGLE = 2.0**-10  # The same where a polynomial has one zero, which only begins secants.
 BISECTIONS = 30  # Halvings of a step, which leave 2^-30 of the step to a bend.
 JUMP = 2.0**-3  # Smallest value at a zero, relative to the values beside it, that shows a jump.
