@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 import mpmath
+import numpy
 import pytest
 from gmpy2 import mpq
 
@@ -27,30 +29,19 @@ def threshold_spin(body: TippeTop, side: int, context: Any) -> Any:
     return thresholds.L1(numbers, thresholds.lambda_thres(numbers, context))
 
 
-def triangular(*roots: tuple[int, int]) -> list[list[stability.Complex]]:
-    """A matrix with these eigenvalues."""
-    number, above = stability.Complex, stability.Complex(7, -3)
-    return [
-        [number(*root) if i == j else above if i < j else number(0, 0) for j in range(3)]
-        for i, root in enumerate(roots)
-    ]
+def matrix_with(*roots: complex) -> list[list[stability.Complex]]:
+    """A full matrix of integers with these eigenvalues."""
+    basis = numpy.array([[1, 0, 0], [2, 1, 0], [-1, 3, 1]])
+    triangle = numpy.diag(roots) + numpy.triu(numpy.full((3, 3), 7 - 3j), 1)
+    full = (basis @ triangle @ numpy.linalg.inv(basis)).round()
+    return [[stability.Complex(int(z.real), int(z.imag)) for z in row] for row in full]
 
 
-@pytest.mark.parametrize(
-    ("roots", "stable"),
-    [
-        (((-3, 1), (-2, -5), (-1, 40)), True),
-        (((-3, 1), (2, -5), (-1, 40)), False),
-        (((3, 1), (2, -5), (-1, 40)), False),
-        (((3, 1), (2, -5), (1, 40)), False),
-        (((-300, 1), (1, -5), (-1, 40)), False),  # the trace is that of a stable system
-        (((-3, 1), (-2, -5), (0, 40)), False),
-    ],
-)
-def test_hurwitz_of_known_eigenvalues(roots: tuple[tuple[int, int], ...], stable: bool) -> None:
-    matrix = triangular(*roots)
-    assert stability.is_stable(matrix) is stable
-    assert (stability.hurwitz(matrix)[2] == 0) is any(re == 0 for re, _ in roots)
+def test_hurwitz_of_known_eigenvalues() -> None:
+    for roots in product((-90 + 1j, -1 - 5j, 2j, 1 - 7j, 2 + 40j), repeat=3):
+        matrix, rates = matrix_with(*roots), [root.real for root in roots]
+        assert stability.is_stable(matrix) is (max(rates) < 0)
+        assert (stability.hurwitz(matrix)[2] == 0) is (0 in rates)
 
 
 def test_derivatives_of_quotients_and_of_the_equations() -> None:
@@ -158,6 +149,7 @@ def test_a_context_leaves_the_global_one_alone() -> None:
         ("1", "1 - 9e-41", 40),
         ("1", "0.5", 0),
         ("1", "4", 0),
+        ("1", "-0.5", 0),
         ("0", "0", 50),
         ("0", "1e-300", 0),
         ("nan", "1", 0),
