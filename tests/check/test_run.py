@@ -87,8 +87,8 @@ def corrupted(kind: str, rng: random.Random) -> Table:
             table[rng.choice([name, "t"])][part] = rng.choice([numpy.nan, -numpy.inf, 0.0])
         case "shift":
             column[part] = numpy.roll(column[part], rng.choice([-2, -1, 1, 2]))
-        case "later":  # at first the axis is at rest
-            table["t"][9:][part] += rng.choice([1e-5, -1e-5, 0.0037, 0.01])
+        case "later":  # at first the axis is at rest; 1e-5 s may be the rounding of decimals
+            table["t"][9:][part] += rng.choice([1.0123456e-5, -1.0123456e-5, 0.0037, 0.01])
         case "swap":
             column[part], table[other][part] = table[other][part].copy(), column[part].copy()
         case "noise":

@@ -38,6 +38,9 @@ ROUNDED = 8.0  # A row is rounded at either end in attitude, momentum, velocity 
 # which aliases from pi/2 on.
 RESOLVED = math.pi / 2
 FINE, COARSE = 8, 6  # Rows of the two polynomials.
+# Nodes and weights of Gauss's rule in [0, 1] that is exact for both.
+NODES = 0.5 + numpy.outer([-0.5, 0.5], [0.861136311594052575, 0.339981043584856265]).ravel()
+WEIGHTS = numpy.tile([0.173927422568726929, 0.326072577431273071], 2)
 # Ratio of bound and error estimate. A friction force that changes within a row leaves an error that
 # eight rows estimate too small: right rows of regularised friction need 10.
 SAFETY = 10.0
@@ -48,8 +51,7 @@ NEIGHBOURS = 3
 VISIBLE = (0.1, 0.1, 0.3)
 GAP = 5.0  # An interval of so many usual ones is a gap in the rows.
 BLOCK = 4096  # Intervals at once: their arrays fit into the processor's cache.
-# Intervals with a change of phase that are integrated, 20 ms each; of more, every n-th one.
-MOST_SWITCHES = 200
+MOST_SWITCHES = 200  # Changes of phase that are integrated, 20 ms each; of more, every n-th one.
 
 
 @dataclass(frozen=True)
@@ -300,17 +302,17 @@ def integrate(t: Array, values: Array) -> tuple[Array, Array]:
 
 def stencils(t: Array, count: int) -> tuple[Array, Array]:
     """Return the first of the rows near each interval, and the weights (count, n - 1) of all."""
-    count, steps = min(count, len(t)), numpy.diff(t)
-    interval = numpy.arange(len(steps))
+    count, steps, interval = min(count, len(t)), numpy.diff(t), numpy.arange(len(t) - 1)
     first = numpy.clip(interval - (count // 2 - 1), 0, len(t) - count)
     # intervals at the same position among evenly spaced rows have the same weights
     even = abs(steps / steps[0] - 1).max() < 1e-9
     _, distinct, back = numpy.unique(interval - first if even else interval, return_index=True,
                                  return_inverse=True)  # fmt: skip
-    rows, powers = first[distinct, None] + numpy.arange(count), numpy.arange(count)
-    u = (t[rows] - t[distinct, None]) / steps[distinct, None]  # the interval is [0, 1]
-    moments = numpy.broadcast_to(1 / (powers + 1), u.shape)
-    weights = numpy.linalg.solve(u[:, None, :] ** powers[:, None], moments[..., None])[..., 0]
+    times, span = t[first[distinct, None] + numpy.arange(count)], steps[distinct, None, None]
+    away = NODES[:, None] - (times - t[distinct, None])[:, None] / span
+    apart = (times[:, :, None] - times[:, None]) / span + numpy.eye(count)
+    lagrange = away.prod(axis=-1, keepdims=True) / away / apart.prod(axis=-1)[:, None]
+    weights = numpy.tensordot(lagrange, WEIGHTS, (1, 0))
     return first, weights.T[:, back]
 
 

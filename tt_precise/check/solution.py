@@ -62,6 +62,7 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
     if assumed.start == "other":
         return Begin(Check("start", "skipped", note="another start is meant", meaning=meaning))
     own = numpy.array([float(values[0]) for values in rows.state[:8]])
+    scale = numpy.repeat([1.0, units["L"], units["v"]], (3, 3, 2))
     start = InitialState.in_si(assumed.scene, Arithmetic(numpy, float))
     states = [(0.0, SAME_START, numpy.array(start.vectors[:8], float))]
     if assumed.friction == "scene" and 0 < t_first <= float(assumed.scene.until):
@@ -69,7 +70,7 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
         states += [] if later is None else [(t_first, 10.0**-DECIDING, later[:, 0])]
 
     def compare(time: float, limit: float, true: Array) -> Begin:
-        differences = abs(own - true) / _sizes(units)
+        differences = abs(own - true) / scale
         worst = int(numpy.nanargmax(differences))  # an unknown velocity is NaN
         difference = float(differences[worst])
         check = Check("start", "pass", difference, limit, 0.0, "", meaning, bound=bound or None)
@@ -87,7 +88,7 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
     drift = abs(float(jellett(rows.first) - jellett(start.motion(numpy))))
     conserved = drift <= (SAME_START + bound) * rows.body.R * units["L"]
     if conserved and all(begin.time is None for begin in begins):
-        late = _nearest_time(own, units, solution, float(rows.t[1]))
+        late = _nearest_time(own, scale, solution, float(rows.t[1]))
         begins += [] if late is None else [compare(late[0], SAME_START, late[1])]
     passing = [begin for begin in begins if begin.time is not None]
     if passing:
@@ -99,7 +100,7 @@ def find_start(rows: Rows, t_first: float, solution: TrueSolution) -> Begin:
 
 
 def _nearest_time(
-    own: Array, units: Mapping[str, float], solution: TrueSolution, span: float
+    own: Array, scale: Array, solution: TrueSolution, span: float
 ) -> tuple[float, Array] | None:
     """Return the time (s) up to ``span`` at which the solution is nearest, and the state there."""
     middle, width, there = span / 2, span / 2, own
@@ -108,14 +109,10 @@ def _nearest_time(
         states = solution.vectors(times)
         if states is None:
             return None
-        apart = abs(states - own[:, None]) / _sizes(units)[:, None]
+        apart = abs(states - own[:, None]) / scale[:, None]
         nearest = int(numpy.argmin(numpy.nanmax(apart, axis=0)))
         middle, width, there = float(times[nearest]), width / 16, states[:, nearest]
     return middle, there
-
-
-def _sizes(units: Mapping[str, float]) -> Array:
-    return numpy.repeat([1.0, units["L"], units["v"]], (3, 3, 2))
 
 
 # ---- columns that the state determines ---------------------------------------------------------
