@@ -95,6 +95,7 @@ def test_lambda_is_accurate_beside_the_inverted_pole() -> None:
     ("I1", "missing", "other", "verb", "inverts"),
     [
         ("0.28", "lambda_up", "lambda_thres", "decay", None),
+        ("0.52", "lambda_thres", "lambda_up", "grow", False),
         ("0.53", "lambda_thres", "lambda_up", "grow", False),
     ],
 )
@@ -250,6 +251,17 @@ def test_by_scene(scene: str, inverts: bool | None, reason: str) -> None:
 def test_the_slightest_motion_leaves_the_steady_spin(moving: str) -> None:
     assert verdict(100, scene=with_start("upright", **{moving: "1e-300"})).inverts is True
     assert verdict(100, scene=with_start("upright", phi_dot="5")).inverts is False
+
+
+@pytest.mark.parametrize(
+    ("apart", "inverts"), [("5e-51", None), ("2e-50", True), ("-2e-50", False)]
+)
+def test_a_start_is_marginal_in_all_digits(apart: str, inverts: bool | None) -> None:
+    values = {name: each.value for name, each in thresholds("reference", 70).quantities.items()}
+    with mpmath.workdps(70):
+        share = values["lambda_thres"] / values["lambda"] * (1 + mpmath.mpf(apart))
+        spin = mpmath.nstr(155 * share, 65)
+    assert thresholds(with_start(omega_3=spin), 50).inverts is inverts
 
 
 def test_off_the_table_nothing_is_claimed() -> None:
