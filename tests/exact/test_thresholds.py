@@ -96,7 +96,6 @@ def test_lambda_is_accurate_beside_the_inverted_pole() -> None:
     [
         ("0.28", "lambda_up", "lambda_thres", "decay", None),
         ("0.52", "lambda_thres", "lambda_up", "grow", False),
-        ("0.53", "lambda_thres", "lambda_up", "grow", False),
     ],
 )
 def test_a_threshold_that_does_not_exist(
