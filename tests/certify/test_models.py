@@ -7,12 +7,12 @@ from typing import Any
 
 import flint
 import pytest
-from flint import arb, arb_poly, fmpq
+from flint import arb, arb_poly, arb_series, fmpq
 
 from tests.certify.harness import Mutant
 from tests.certify.mutants import assert_noticed, mutants_of
 from tt_precise.certify.balls import ball, bounds
-from tt_precise.certify.models import Frame, PowerSeries, Rates, TaylorModel
+from tt_precise.certify.models import Frame, PowerSeries, Rates, TaylorModel, solution
 
 END = Fraction(1, 6)
 BITS = 100
@@ -88,14 +88,16 @@ def test_derivatives_of_a_root_and_of_an_exponential() -> None:
         assert power.slopes[0].overlaps(5 * (arb(9) / 4).exp())
 
 
-def test_power_series_of_a_root_and_of_an_exponential() -> None:
+def test_power_series_are_those_of_closed_forms() -> None:
     with flint.ctx.workprec(BITS):
-        x = PowerSeries(lambda c, n: arb(0), [arb(1), arb(1)])  # 1 + t
-        root = [1, arb(1) / 2, -arb(1) / 8, arb(1) / 16]
-        assert all(x.sqrt()[n].overlaps(arb(c)) for n, c in enumerate(root))
-        e = arb(1).exp()
-        for n, c in enumerate((e, e, e / 2, e / 6, e / 24)):
-            assert x.exp()[n].overlaps(c)
+        x = PowerSeries(lambda c, n: arb(0), [*map(arb, (4, 1, -3, 2, 5))])
+        known, t = arb_series(x.upto(6), 7), arb_series([0, 1], 7)
+        sine, _, line = solution(lambda y: [y[1], -y[0], arb(3)], [arb(0), arb(1), arb(2)])
+        for series, expected in (
+            (1 / x, 1 / known), (x.sqrt(), known.sqrt()), (x.exp(), known.exp()),
+            (sine, t.sin()), (line, 2 + 3 * t),
+        ):  # fmt: skip
+            assert all(arb(series[n]).overlaps(expected[n]) for n in range(7))
 
 
 @mutants_of("models")

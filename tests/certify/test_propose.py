@@ -25,14 +25,11 @@ def test_taylor_polynomials_are_those_of_the_solution() -> None:
             start = [arb(1), arb(1), arb(1), arb(0), arb(0)]
             p = propose.taylor(rates, start, size)
             half, sixth = arb(1) / 2, arb(1) / 6
-            for q, exact in zip(
-                p,
-                (
-                    [1, -1, half, -sixth], [1, -1, 1, -1], [1, 1, -half, half],
-                    [0, half, half / 4, sixth / 4], [0, 1],
-                ),
-                strict=True,
-            ):  # fmt: skip
+            known = (
+                [1, -1, half, -sixth], [1, -1, 1, -1], [1, 1, -half, half],
+                [0, half, half / 4, sixth / 4], [0, 1],
+            )  # fmt: skip
+            for q, exact in zip(p, known, strict=True):
                 difference = (q - arb_poly(exact)).coeffs()
                 assert all(abs(c) * size**n < 1e-55 for n, c in enumerate(difference))
             _, area = propose.taylor(root, [arb(1), arb(0)], size)
