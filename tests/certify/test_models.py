@@ -51,6 +51,7 @@ def test_model_arithmetic_contains_exact_values(frame: Frame, seed: int) -> None
         ):  # fmt: skip
             assert contains(model, s, value)
             assert model.p.degree() <= 8
+        assert f.exp().p(ball(s)).overlaps(ball(x).exp())
 
 
 def test_a_model_without_what_was_cut_off_would_be_wrong(frame: Frame) -> None:
