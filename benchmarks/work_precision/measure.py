@@ -127,9 +127,11 @@ def _odefun(bits: tuple[int, ...]) -> Iterator[Trial]:
 
 def _other_scenes() -> Iterator[Trial]:
     for scene in golden.scenes():
-        if scene == SCENE:
+        loaded = load_scene(scene)
+        # a bare integrator stalls where equations change; the peers' have no further numbers
+        if scene == SCENE or loaded.in_pieces or loaded.body.friction.further:
             continue
-        at_pole = load_scene(scene).start.theta.at_pole
+        at_pole = loaded.start.theta.at_pole
         for coordinates in ("newton",) if at_pole else ("newton", "euler"):
             for tolerance in (*COARSE[1:], 0.0):
                 yield Trial("heyoka", tolerance, coordinates=coordinates, scene=scene)
