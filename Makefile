@@ -150,30 +150,27 @@ build:    ## wheel and sdist, into dist/
 build: $(DEV)
 	$(BIN)/hatchling build --clean
 
-# Wheel and sdist, each installed elsewhere, run the examples of README and start.md without a network, and
-# every command of README without extras. .venv lends its
-# packages through a path file that does not lead back to the checkout.
+# The wheel that is built from the sdist has to be the same, byte by byte. Installed elsewhere, it runs the
+# examples of README and start.md without a network, and every command of README without extras. .venv lends
+# its packages through a path file that does not lead back to the checkout.
 OFFLINE = $(shell unshare -rn true 2> /dev/null && echo unshare -rn)
 LARGEST_WHEEL := 10000000
+PACKAGES := -c "import sysconfig; print(sysconfig.get_path('purelib'))"
 
-smoke:    ## wheel and sdist, installed elsewhere, run the examples of README and start.md offline
+smoke:    ## the wheel, also from the sdist, runs the examples of README and start.md elsewhere and offline
 smoke: build
 	test $$(stat -c %s dist/*.whl) -lt $(LARGEST_WHEEL)
-	for built in dist/*.whl dist/*.tar.gz; do \
-		$(BIN)/python -m venv --clear $(SMOKE) && \
-		$(BIN)/python -c "import sysconfig; print(sysconfig.get_path('purelib'))" > \
-			$$($(SMOKE)/bin/python -c "import sysconfig; print(sysconfig.get_path('purelib'))")/lent.pth && \
-		$(SMOKE)/bin/python -m pip --quiet --disable-pip-version-check install --no-deps \
-			--no-build-isolation --ignore-installed $$built && \
-		(cd / && $(SMOKE)/bin/python -c "import tt_precise as tt; \
-			assert tt.__file__.startswith('$(SMOKE)'), tt.__file__" && \
-		$(SMOKE)/bin/tt-precise --version && \
-		$(OFFLINE) $(SMOKE)/bin/python -m pytest -q -n 0 -p no:cacheprovider \
-			-c $(CURDIR)/pyproject.toml -o pythonpath= $(CURDIR)/tests/test_documentation.py \
-			-m "slow or not slow" \
-			-k "without_extras or (examples_run and not True and (README or start))") \
-		|| exit 1; \
-	done
+	rm -rf build/again && $(PIP) wheel --no-deps --no-build-isolation --wheel-dir build/again dist/*.tar.gz
+	cmp dist/*.whl build/again/*.whl
+	$(PYTHON) -m venv --clear $(SMOKE)
+	$(BIN)/python $(PACKAGES) > $$($(SMOKE)/bin/python $(PACKAGES))/lent.pth
+	$(SMOKE)/bin/python -m pip --quiet --disable-pip-version-check install --no-deps --ignore-installed dist/*.whl
+	cd / && $(SMOKE)/bin/python -c "import tt_precise as tt; \
+		assert tt.__file__.startswith('$(SMOKE)'), tt.__file__"
+	$(SMOKE)/bin/tt-precise --version
+	$(OFFLINE) $(SMOKE)/bin/python -m pytest -q -n 0 -p no:cacheprovider \
+		-c $(CURDIR)/pyproject.toml -o pythonpath= $(CURDIR)/tests/test_documentation.py -m "slow or not slow" \
+		-k "without_extras or (examples_run and not True and (README or start))"
 
 # all.txt first: the smaller sets are cut out of it, so that one .venv can hold them all.
 UV_COMPILE = build/lock/bin/uv pip compile pyproject.toml --quiet --universal \

@@ -105,7 +105,7 @@ def test_the_bits_of_a_row_do_not_depend_on_other_rows(mixed: tuple[Sweep, Any, 
     assert not same(integrate_rows(plan, values + 1e-9, 4), rows)
 
 
-@pytest.mark.parametrize("lanes", [1, more(8), more(16)])
+@pytest.mark.parametrize("lanes", [1, more(8), pytest.param(16, marks=pytest.mark.slow)])
 def test_nor_on_the_number_of_lanes_and_the_size_of_blocks(
     lanes: int, mixed: tuple[Sweep, Any, Rows], monkeypatch: pytest.MonkeyPatch
 ) -> None:
