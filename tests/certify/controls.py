@@ -366,7 +366,7 @@ def what_is_no_number_is_refused(trusted: Any) -> None:
     models = trusted.models
     assert (arb_poly([]) * arb("nan")).length() == 0
     frame = models.Frame(arb(1), 3)
-    for bad in ([], [arb("nan")], [arb(0, 1)], [arb(-1), arb(2)], [arb("nan"), 1], [1, arb("nan")]):
+    for bad in ([], [arb("nan")], [arb(1, 1.5)], [arb(-1), arb(2)], [arb("nan"), 1], [1, arb("nan")]):
         for operation in (lambda x: x.inverse(), lambda x: x.sqrt(), lambda x: 1 / x):
             with pytest.raises(NotProved):
                 operation(models.TaylorModel(arb_poly(bad), frame))
