@@ -358,6 +358,11 @@ def models_contain_what_they_cut_off(trusted: Any) -> None:
                 assert model.p(s).overlaps(exact)
         constant = models.TaylorModel(arb_poly([arb(0, radius)]), frame).exp()
         holds([constant.p(arb(0))] * 2, [radius.exp(), (-radius).exp()])
+    # errors as large as the functions: from 1/4 to 7/4, and exp(-t/4) with one unit of the exponent
+    frame = models.Frame(arb(3), 1)
+    g = models.TaylorModel(arb_poly([arb(1, 0.75)]), frame)
+    fall = models.TaylorModel(arb_poly([arb(0, 1), arb(-0.25)]), frame).exp()
+    holds([x.p(arb(3)) for x in (1 / g, g.sqrt(), fall)], [4, 0.5, arb(0.25).exp()])
 
 
 @control
@@ -366,7 +371,7 @@ def what_is_no_number_is_refused(trusted: Any) -> None:
     models = trusted.models
     assert (arb_poly([]) * arb("nan")).length() == 0
     frame = models.Frame(arb(1), 3)
-    for bad in ([], [arb("nan")], [arb(1, 1.5)], [arb(-1), arb(2)], [arb("nan"), 1], [1, arb("nan")]):
+    for bad in ([], [arb("nan")], [arb(1, 1.5)], [arb(-1), 2], [arb("nan"), 1], [1, arb("nan")]):
         for operation in (lambda x: x.inverse(), lambda x: x.sqrt(), lambda x: 1 / x):
             with pytest.raises(NotProved):
                 operation(models.TaylorModel(arb_poly(bad), frame))
@@ -450,6 +455,9 @@ def zeros_that_are_undecided_are_refused(trusted: Any) -> None:
             one.zeros(function, until)
     found(one.zeros(lambda y: y[0] - third, arb("0.4")), (1, third))
     assert one.zeros(lambda y: y[0] - third, arb("0.3")) == []
+    one.on(arb(0.5))
+    with pytest.raises(NotProved, match="undecided"):
+        one.zeros(lambda y: y[0] - arb(0.5))
 
 
 @control
@@ -551,7 +559,10 @@ def a_fall_ends_on_the_table(trusted: Any) -> None:
 
 @control
 def a_horizon_before_the_end(trusted: Any) -> None:
+    """Also where the function would rise again within the step."""
     assert moving(trusted, FALL, start=[1, 0], until=arb(2).sqrt() - arb(2) ** -40).end is None
+    dip: Any = ("landed", ON[1], lambda y: (y[0] - arb("0.03")) * (y[0] - arb("0.04")), {})
+    holds([moving(trusted, dip, start=[0], until=1).end.time], [arb("0.03")])
 
 
 @control

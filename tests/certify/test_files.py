@@ -79,10 +79,8 @@ def test_every_printed_digit_is_proved(stored: Stored) -> None:
     assert content["contact"]["g_n_positive"] is content["contact"]["energy_never_grows"] is True
     assert content["proved_events"]["theta_max"] == 1
     assert proofs.stale(content) == ""
-    assert (
-        proofs.stale({"code": content["code"] | {"scene": "0"}})
-        == ", before the last change of scene"
-    )
+    other = {"code": content["code"] | {"scene": "0"}}
+    assert proofs.stale(other) == ", before the last change of scene"
     assert proofs.stale({}) == ", by earlier code"
 
 
@@ -255,10 +253,8 @@ def test_a_wrong_scene_cannot_be_certified(stored: Stored, tmp_path: Path) -> No
 
 @pytest.mark.parametrize(
     ("cell", "file", "column"),
-    [
-        ("nan", TRAJECTORY, "t"), ("inf", EVENTS, "t"), ("1e999999999", TRAJECTORY, "kx"),
-    ],
-)  # fmt: skip
+    [("nan", TRAJECTORY, "t"), ("inf", EVENTS, "t"), ("1e999999999", TRAJECTORY, "kx")],
+)
 def test_what_is_no_number_is_refused_before_anything_is_proved(
     stored: Stored, tmp_path: Path, monkeypatch: Patch, cell: str, file: str, column: str
 ) -> None:

@@ -38,21 +38,14 @@ def precision() -> Iterator[None]:
 
 def states(name: str) -> Callable[[Fraction], NewtonState]:
     """The printed states of a scene, dimensionless, as balls of a unit in their last place."""
-    table, units = (
-        store.read_files(name).trajectory,
-        Units.of(tt.load_scene(name).body, Balls, ball),
-    )
+    table, units = store.read_files(name).trajectory, Units.of(load_scene(name).body, Balls, ball)
+    sizes = {entry: units.of_dimension(STATE_DIMENSIONS[entry]) for entry in NewtonState._fields}
     places = {Fraction(row[0]): row for row in table.rows}
 
     def state(time: Fraction) -> NewtonState:
         row = dict(zip(table.columns, places[time], strict=True))
         width = 1 + arb(0, 1e-33)
-        return NewtonState(
-            *(
-                arb(row[entry]) * width / units.of_dimension(STATE_DIMENSIONS[entry])
-                for entry in NewtonState._fields
-            )
-        )
+        return NewtonState(*(arb(row[entry]) * width / size for entry, size in sizes.items()))
 
     return state
 
