@@ -591,13 +591,17 @@ FLIGHT = ("landing", lambda y: [y[1], y[1] * 0], lambda y: y[0] + 1)
 
 @control
 def a_ball_that_falls_out_of_a_spring(trusted: Any) -> None:
-    flight = (*FLIGHT, {"positive": False})
-    found = moving(trusted, SPRING, flight, start=[1, 0], until=2, samples=[arb(1), arb(1.75)])
+    flight = (*FLIGHT, {"positive": False, "glides": False})
+    low = lambda y: y[0] + arb(0.125)  # noqa: E731
+    kinds, samples = {"low": (low,), "gliding": (low, 0, True)}, [arb(1), arb(1.75)]
+    found = moving(trusted, SPRING, flight, start=[1, 0], until=2, samples=samples, kinds=kinds)
     (left,) = found.events["separation"]
     holds([left.time, *left.state], [arb.pi() / 2, 0, -1])
     holds(found.samples[0][1], [arb(1).cos(), -arb(1).sin()])
     holds(found.samples[1][1], [arb.pi() / 2 - arb(1.75), -1])
-    holds(found.state(arb(1.875))[1], [arb.pi() / 2 - arb(1.875), -1])
+    holds(found.state(arb.pi() / 2 + TINY)[1], [-TINY, -1])
+    holds([one.time for one in found.events["low"]], [low([arb.pi() / 2])])
+    assert found.events["gliding"] == []
 
 
 @control

@@ -71,12 +71,9 @@ def thrown(above: Callable[[Any], Any]) -> Problem:
     def pull(y: Any) -> Any:
         return y[0] + y[1] / 2
 
-    def state(y: Any) -> Any:
-        return y
-
-    table = ProblemPhase("separation", lambda y: (y[1], -pull(y)), state, lambda y: -pull(y))
+    table = ProblemPhase("separation", lambda y: (y[1], -pull(y)), lambda y: y, lambda y: -pull(y))
     free = ProblemPhase(
-        "landing", lambda y: (y[1], y[0] * 0 - arb(1) / 4), state, lambda y: y[0],
+        "landing", lambda y: (y[1], y[0] * 0 - arb(1) / 4), lambda y: y, lambda y: y[0],
         positive=False, excluded=(pull, above),
     )  # fmt: skip
     onset = SimpleNamespace(order=lambda function: 0)

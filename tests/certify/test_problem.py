@@ -62,8 +62,7 @@ def test_roots_of_rational_numbers() -> None:
     assert not root * root - fmpq(73, 1000)
     assert not (COSINE + root) / (SINE - root) * (SINE - root) - COSINE - root
     assert not (COSINE + root) * (COSINE - root) - COSINE * COSINE + fmpq(73, 1000)
-    # the negative controls: near it, and not it
-    assert all((root - fmpq(27018512, 10**8), root - SINE))
+    assert all((root - fmpq(27018512, 10**8), root - SINE))  # near it, and not it
     assert not FormalFunctions().sqrt(fmpq(9, 4)) - fmpq(3, 2)
     for other in (SINE, SINE / (COSINE + 1), root):
         with pytest.raises(NotProved, match="not rational"):
