@@ -23,7 +23,7 @@ TESTS = """
         return pandas.read_csv("run.csv", nrows=501)
 
     def test_healthy(assert_conserves, assert_matches_golden, frame):
-        assert assert_conserves(frame, "reference", jellett=1e-13).verdict == "pass"
+        assert assert_conserves(frame, "reference", jellett=1e-13, E=1e-9).verdict == "pass"
         assert_matches_golden("run.csv", "reference", digits=8)
 
     def test_broken(assert_conserves, frame):

@@ -30,16 +30,6 @@ def test_map_and_graph_lie_inside_the_drawing() -> None:
     assert 0 < drawn["bar"] * drawn["map"]["scale"] <= player.MAP[2]
 
 
-def test_ticks_and_speeds_suit_every_length() -> None:
-    for end in (0.02, 8.0, 1000.0):
-        drawn = drawing(end, begin=2.0)
-        first, *_, last = drawn["ticks"]
-        assert 2 <= len(drawn["ticks"]) <= player.MOST_TICKS + 2
-        assert (first[1], last[1][-2:], last[0] <= 508.5) == ("2", " s", True)
-        (chosen,) = (speed for speed, _, chosen in drawn["speeds"] if chosen)
-        assert 1 / 4 < end / chosen / player.WATCHED_S < 4
-
-
 def test_the_page_is_whole_and_escaped() -> None:
     text = player.page([drawing()])
     assert "<title>a &lt;top&gt;</title>" in text

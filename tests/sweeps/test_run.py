@@ -32,6 +32,8 @@ def test_columns_and_summary() -> None:
     assert summary["columns"]["t_end_A"] == {"min": None, "max": None, "mean": None, "missing": 12}
     json.dumps(summary)
     assert tt.sweep(SCENE, STARTS, chunk=12, recheck=0).equals(rows)
+    with pytest.raises(InputError, match="chunk: got -1, expected a whole number between 1 and"):
+        tt.sweep(SCENE, STARTS, chunk=-1)
 
 
 @pytest.mark.parametrize(

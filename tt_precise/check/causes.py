@@ -94,7 +94,7 @@ class FailedRows(NamedTuple):
 
 
 def _part(after: Check, before: Check) -> float:
-    """Return the part of a failure that is left; 0 if the value is rounding of doubles."""
+    """Return the part of a failure that is left; infinite if the values do not tell."""
     if before.value is None or after.value is None or before.sense != "at most":
         return 0.0 if after.verdict == "pass" else math.inf
     if math.isnan(after.value):

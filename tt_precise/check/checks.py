@@ -39,10 +39,10 @@ TOO_FEW_DIGITS = "the file has too few digits"
 
 
 class Residual(NamedTuple):
-    """The values of a check, one for each row, of which errors of the rows' digits are subtracted.
+    """The values of a check, one for each row, less what errors of the rows' digits explain.
 
     ``bound`` is the size of error that would go unnoticed. ``unresolved`` says why the rows do not
-    decide, "" if they do. ``decided``: ``unresolved`` alone says so, not the bound.
+    decide, "" if they do. If it is ``decided`` so, a large bound alone does not open the check.
     """
 
     values: Array
@@ -338,7 +338,7 @@ def _contact_momentum(rows: Rows) -> Residual:
     mean = MEAN_COUNTS * sums / span
     mean[:MEAN_OVER] = 0.0
     values = numpy.append(0.0, numpy.fmax(mean, local / h) / unit)
-    # a torque that turns with the residuals.nutation cancels in the mean: an interval must show it
+    # a torque that turns with the nutation cancels in the mean: an interval must show it
     written = 2 * size * (rows.rounding + rows.time_rounding)
     typical = float(numpy.sort((bound + written) / (unit * h))[len(h) // 2])
     text = unresolved(rows, bound, allowed) or TOO_FEW_DIGITS * (typical > VISIBLE_TORQUE)

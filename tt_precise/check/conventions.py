@@ -190,12 +190,12 @@ def _rotated(q: Any, vector: Array) -> Array:
 
 
 def _convert_vectors(columns: Columns, convention: Convention, body: Parameters) -> Columns:
-    """Convert vectors; the horizontal velocity is that of the contact point, or ``of_cm``."""
+    """Convert vectors; the velocity, always horizontal, is of the contact point or ``of_cm``."""
     mirror = MIRROR if convention.hand == "left" else 1.0
     k, L = (_rotated(UP[convention.up], stacked(columns, names)) for names in (AXIS, MOMENTUM))
     k = k * mirror * (-1.0 if convention.axis == "-z" else 1.0)
     L = L * mirror * UNIT_OF_L[convention.momentum] * (-1.0 if convention.hand == "left" else 1.0)
-    v = LENGTH[convention.length] * stacked(columns, ("vx", "vy", "vy")) * mirror
+    v = LENGTH[convention.length] * stacked(columns, ("vx", "vy", "vz")) * mirror
     if convention.of_cm:
         omega = inverse_inertia(body, tuple(k), tuple(L))
         v = v + numpy.array(cross(omega, contact_arm(body, tuple(k))))

@@ -74,7 +74,7 @@ class StepResiduals:
 
 
 def _steps(rows: Rows, name: str, blocks: Iterable[Sequence[Array]]) -> StepResiduals:
-    """Return the residuals of all blocks, computed once: of values and bounds, in their order."""
+    """Join blocks of values and bounds into the residuals ``name``, computed once."""
     if name not in rows.cache:
         values, bounds = (numpy.concatenate(parts, axis=1) for parts in zip(*blocks, strict=True))
         rotation, position, momentum, *of_law = numpy.split(values, (3, 6, 9, 10, 11))

@@ -289,8 +289,8 @@ class Result:
         # black is the limit; further curves have the same colours in dashes and dots
         styles = itertools.product(("-", "-."), (colour for colour in CYCLE if colour != BLACK))
         checks = sorted(self.checks, key=lambda check: check.verdict != "fail")
-        drawn = [(check, check.limit, *check.curve) for check in checks
-                 if check.curve and check.sense == "at most" and check.limit]  # fmt: skip
+        drawn = [(check, check.limit, *check.curve) for check in checks if check.curve
+                 and check.sense == "at most" and (check.limit or 0) > 0]  # fmt: skip
         for (check, limit, t, values), (line, colour) in zip(drawn, styles, strict=False):
             with numpy.errstate(over="ignore"):
                 ratios = numpy.minimum(numpy.nan_to_num(values / limit, nan=HIGHEST), HIGHEST)

@@ -21,6 +21,7 @@ from tt_precise.check.solution import DECIDING, Texts, agreement, distance, find
 from tt_precise.check.sources import FileRows, open_table, read_rows
 from tt_precise.golden.solution import TrueSolution
 from tt_precise.golden.store import Folder
+from tt_precise.mechanics.conserved import OF_QUANTITY
 from tt_precise.mechanics.digits import MOST_GOLDEN
 from tt_precise.mechanics.parameters import Parameters
 from tt_precise.runtime.terminal import Progress, one_line, silent
@@ -232,7 +233,7 @@ def assert_conserves(
     """
     __tracebackhide__ = True
     accepted = inspect.signature(conservation).parameters
-    demanded = {name: options.pop(name) for name in [*options] if name not in accepted}
+    demanded = {OF_QUANTITY.get(n, n): options.pop(n) for n in [*options] if n not in accepted}
     result = conservation(trajectory, scene, limits={**(limits or {}), **demanded}, **options)
     checks = {check.name: check for check in result.checks}
     lines = []

@@ -46,7 +46,7 @@ Texts = Callable[[Sequence[str]], Mapping[str, Sequence[Any]]]
 
 
 class Begin(NamedTuple):
-    """The check of the first row, and its time (s) on the solution; None if it is none of it."""
+    """The check of the first row, and its time (s) on the solution; None if it is not on it."""
 
     check: Check
     time: float | None = None

@@ -45,7 +45,7 @@ class Value:
         exact, second = fraction_of(value), fraction_of(other)
         if exact == second:
             return cls(value, most)
-        # a difference of half a unit in digit n still leaves n digits
+        # n digits agree if the relative difference is less than half of 10^-n
         difference = 2 * abs(exact - second) / max(abs(exact), abs(second))
         return cls(value, max(0, min(most, -decade(difference) - 1)))
 

@@ -282,7 +282,7 @@ def figure_8(axes: list[Axes]) -> Numbers:
 
 AROUND = 0.17  # Seconds drawn before and after the passage: four and a half nutations each way.
 PASSAGE_EVERY = 2e-4  # Spacing in s near the passage of the pole.
-MICRO = 1e3  # Half the width of the magnification in µrad.
+HALF_WIDTH = 1e3  # Half the width of the magnification, in µrad.
 
 
 @figure("axis-at-the-pole", [5.0], shared_time=False)
@@ -310,7 +310,7 @@ def axis_at_the_pole(axes: list[Axes]) -> Numbers:
     inset = panel.inset_axes((0.36, 0.22, 0.27, 0.27))
     inset.plot(close["kx"], close["ky"], color=PURPLE)
     inset.plot(0, 0, "+", color=BLACK, markersize=10)
-    inset.set(xlim=(-MICRO, MICRO), ylim=(-MICRO, MICRO), aspect="equal",
+    inset.set(xlim=(-HALF_WIDTH, HALF_WIDTH), ylim=(-HALF_WIDTH, HALF_WIDTH), aspect="equal",
               xticks=[-500, 0, 500], yticks=[-500, 0, 500])  # fmt: skip
     inset.set_title("magnified (µrad)", fontsize=8)
     inset.tick_params(labelsize=7)

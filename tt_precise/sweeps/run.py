@@ -103,8 +103,8 @@ def sweep(
         )
     plan = Sweep(load_scene(scene), tuple(map(str, starts.columns)), listed(record), contact)
     values, began = plan.values(starts), time.perf_counter()
-    least = CHUNK if plan.has_lanes else CHUNK_ALONE
-    size = chunk or max(least, -(-len(values) // MOST_CHUNKS))
+    least = max(CHUNK if plan.has_lanes else CHUNK_ALONE, -(-len(values) // MOST_CHUNKS))
+    size = least if chunk is None else whole_number(chunk, "chunk", 1, 10**9)
     manifest = {
         "tt_precise": __version__,
         "rows": len(values),

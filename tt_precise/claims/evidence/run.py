@@ -269,7 +269,7 @@ class Run:
         The event gives the time to about 1e-12 s; each run moves on to the vertex of its parabola.
         """
         t, _ = self.extremum(name, largest=largest, span=span)
-        if t in (span or self.whole):  # at an end, which is no vertex
+        if t in tuple(span or self.whole):  # it equals an end, which is no vertex
             return self.confirm(lambda run: exact(run, name, t)[0])
         return self.confirm(lambda run: _vertex(run, name, t))
 
