@@ -122,7 +122,7 @@ class Threshold:
             text.append(
                 "  NOT CONFIRMED: a finer arithmetic answers otherwise; ask for fewer digits"
             )
-        resolved = [pair for pair in self.changes if pair[1].yes][: self.below is not None]
+        resolved = [pair for pair in self.changes if pair[1].yes][: 1 if self.below else 0]
         for low, high in (pair for pair in self.changes if pair not in resolved):
             values = " and ".join(decimal(end.value, ANSWER_DIGITS) for end in (low, high))
             way = "yes" if high.yes else "no"
