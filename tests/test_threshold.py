@@ -53,7 +53,7 @@ def test_the_least_spin_that_passes_the_equator() -> None:
     ("name", "ends", "settings", "verdicts", "text"),
     [
         # beyond the theorem's threshold the end is proved; contact is lost at a known spin
-        ("omega_3", "60:100", {"until": 12, "goal": "inverted"}, None, "end inverted"),
+        ("omega_3", "60:100", {"until": 12, "goal": "inverted"}, None, "77.34375 rad/s: end inv"),
         ("omega_3", "160:170", {"goal": "contact_lost"}, None, "  omega_3 = 165 rad/s\n"),
         ("mu", "0.3:0.5", {"goal": "contact_kept"}, None, "changes to no: contact lost at 3.1"),
         ("omega_3", "1:5", {"until": "0.1"}, (NO, NO), "none: the answer is no at all of 2 values"),
