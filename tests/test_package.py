@@ -10,9 +10,7 @@ import pytest
 
 import tt_precise
 
-HEAVY = (
-    "heyoka", "pandas", "numpy", "matplotlib", "scipy", "sympy", "mpmath", "rich", "jinja2",
-)  # fmt: skip
+HEAVY = ("heyoka", "pandas", "numpy", "matplotlib", "scipy", "sympy", "mpmath", "rich", "jinja2")
 PACKAGES = ("tt_precise", "tt_precise.check", "tt_precise.claims", "tt_precise.golden",
             "tt_precise.certify")  # fmt: skip
 LISTED = """

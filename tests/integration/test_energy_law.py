@@ -27,20 +27,21 @@ def imbalance(run: Trajectory, pieces: Sequence[Any], factor: float = 1.0) -> fl
 
     Of a piece, of a joint between two, and of the whole motion; ``factor`` multiplies the power.
     """
+    exact = numpy.vectorize(Fraction, otypes="O")
 
-    def rows(name: str, times: Any) -> Any:
-        times = [Fraction(t) for t in numpy.ravel(times).tolist()]
+    def rows(name: str, times: Sequence[Any]) -> Any:
         return run.frame(name, times=times, numbers="exact")[name].to_numpy(float)
 
-    def power(times: Any) -> Any:
-        return rows("E_dot", times).reshape(times.shape).copy()
+    def power(after: Any, begin: Any) -> Any:
+        times = exact(begin) + exact(after)  # no double, beside the width of an interval
+        return rows("E_dot", times.ravel().tolist()).reshape(times.shape).copy()
 
     start, end = rows("E", [0, run.t_end])
     changes, explained, before = [], 0.0, start
     for piece in pieces:
         count = max(1, math.ceil((piece.end - piece.begin) / WIDEST_S))
-        edges = numpy.linspace(float(piece.begin), float(piece.end), count + 1)
-        parts = tanhsinh(power, edges[:-1], edges[1:], atol=1e-16 * start, rtol=0, maxlevel=6)
+        edges, width = numpy.linspace(piece.begin, piece.end, count + 1, retstep=True)
+        parts = tanhsinh(power, 0.0, width, args=(edges[:-1],), atol=1e-16 * start, rtol=0)
         assert parts.success.all()
         work = factor * math.fsum(parts.integral)
         # a row at a bound is of the earlier piece
