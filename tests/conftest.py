@@ -26,8 +26,7 @@ from tt_precise.taylor import machine
 os.environ["HEYOKA_CACHE_DIR"] = str(Path(__file__).parents[1] / "build" / "compiled")
 
 # Code that is not optimised compiles in a tenth of the time in double, where it rounds otherwise,
-# and in a third in several doubles. Users' code runs in sweeps, in what a test starts as a command
-# and where it asks for an `opt_level`.
+# and in a third in several doubles. Users' code runs in sweeps and in commands that tests start.
 heyoka_backend.OPTIMISATION.update(loop=0, compact=0)
 machine.OPTIMISATION = 0
 

@@ -154,7 +154,7 @@ def columns_command(as_json: bool) -> int:
     """
     sets, table, sentences = column_sets(), quantities(), conventions()
     headed = {**sets, "quantities of `run --columns`, `events --columns` and `frame`": table}
-    lines = ["A trajectory has one of these sets of columns; others are ignored."]
+    lines = ["A trajectory has one of these sets of columns; other names are ignored."]
     for heading, columns in headed.items():
         lines += ["", heading]
         lines += [f"  {name:<20} {row['unit']:<9} {meaning(row)}" for name, row in columns.items()]
