@@ -24,7 +24,6 @@ import click
 import pytest
 
 import tt_precise
-from tests.conftest import more
 from tt_precise import cli
 from tt_precise.scene.scene import parse_scene
 
@@ -45,8 +44,8 @@ LONG = (
     "tt-precise golden certify", "tt-precise sweep", "tt-precise tradeoff", "tt-precise extremes",
     "tt-precise engines", "tt_precise.certify", "sweep(", "animate(",
 )  # fmt: skip
-# Pages whose examples take seconds; `make smoke` runs the first as well.
-DEAR = ("docs/start.md", "docs/howto/digits.md")
+# Pages whose examples take seconds; `make smoke` runs the slow one.
+DEAR = {"docs/start.md": pytest.mark.slow, "docs/howto/digits.md": pytest.mark.evidence}
 PRINTED = re.compile(r"#\s+(?:[\w /,]+: )?(.+?)(\.\.\.)?$")
 FENCE = re.compile(r"^```(\w+|\{code-block\} \w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CAPTION = re.compile(r":caption: (\S+)\n\n?(.*)", re.DOTALL)
@@ -169,7 +168,7 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize(
     "path",
-    [more(path) if str(path.relative_to(ROOT)) in DEAR else path for path in DOCUMENTS],
+    [pytest.param(path, marks=DEAR.get(str(path.relative_to(ROOT)), ())) for path in DOCUMENTS],
     ids=lambda path: path.name,
 )
 @pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.slow)])
